@@ -1,0 +1,2 @@
+//! wiring
+#![no_std]

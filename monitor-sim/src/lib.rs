@@ -1,0 +1,1 @@
+//! Simulated thruster motor, recorded-log replay and reports around [`monitor_core`].
