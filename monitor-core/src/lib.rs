@@ -1,2 +1,32 @@
-//! placeholder
+#![doc = include_str!("../README.md")]
 #![no_std]
+// Refusals are written as `!(0.0 < x)`: unlike `x <= 0.0`, that refuses NaN too.
+#![allow(clippy::neg_cmp_op_on_partial_ord)]
+#![cfg_attr(
+    test,
+    allow(clippy::unwrap_used, clippy::indexing_slicing, clippy::float_cmp, clippy::expect_used, clippy::panic)
+)]
+
+// In the order in which the data flows.
+pub mod units;
+pub mod sample;
+pub mod set_point;
+pub mod moments;
+pub mod eigen;
+pub mod pca;
+pub mod hotelling;
+pub mod baseline;
+pub mod smoother;
+pub mod low_pass;
+pub mod moving_average;
+pub mod relay;
+pub mod localize;
+mod detector;
+pub mod monitor;
+pub mod event;
+
+pub use baseline::Baseline;
+pub use event::EventLog;
+pub use localize::{Diagnosis, Fault};
+pub use monitor::{Config, Monitor, Phase, Verdict};
+pub use sample::{Bank, Sample};

@@ -1,0 +1,171 @@
+//! The solver against nalgebra's iterative one in `f64`, over the matrices that break closed forms.
+
+use super::*;
+use nalgebra::{Matrix2, Matrix3};
+use proptest::prelude::*;
+
+/// Bounds in units of eps(f32) times the norm: the worst of the families below was 3.5, 6.5 and 4.9.
+const VALUE_EPS: f64 = 4.0;
+const ORTHOGONALITY_EPS: f64 = 8.0;
+const RESIDUAL_EPS: f64 = 8.0;
+
+fn check<const N: usize>(matrix: SMatrix<f32, N, N>)
+where
+    SMatrix<f32, N, N>: ClosedFormEigen<N>,
+{
+    let found = matrix.closed_form_eigen().unwrap();
+    let exact = matrix.cast::<f64>();
+    // A power of two keeps f64 products of tiny entries away from underflow.
+    let norm = exact.norm().max(f64::MIN_POSITIVE);
+    let eps = f64::from(f32::EPSILON);
+    let (values, vectors) = (found.values.cast::<f64>(), found.vectors.cast::<f64>());
+
+    let mut reference: std::vec::Vec<f64> = jacobi(exact);
+    reference.sort_by(|a, b| b.total_cmp(a));
+    for (value, reference) in values.iter().zip(&reference) {
+        assert!((value - reference).abs() <= VALUE_EPS * eps * norm, "{matrix}: {value:e} for {reference:e}");
+    }
+    let gram = vectors.transpose() * vectors - SMatrix::<f64, N, N>::identity();
+    assert!(gram.amax() <= ORTHOGONALITY_EPS * eps, "{matrix}: not orthonormal by {:e}", gram.amax());
+    let residual = exact * vectors - vectors * SMatrix::<f64, N, N>::from_diagonal(&values);
+    assert!(residual.amax() <= RESIDUAL_EPS * eps * norm, "{matrix}: residual {:e}", residual.amax() / norm);
+    for k in 0..N {
+        assert!(k == 0 || found.values[k - 1] >= found.values[k], "{matrix}: values do not descend");
+        let column = found.vectors.column(k);
+        let leading = column.iter().fold(0.0_f32, |best, x| if x.abs() > best.abs() { *x } else { best });
+        assert!(leading > 0.0, "{matrix}: the sign of vector {k} is not fixed");
+    }
+}
+
+extern crate std;
+
+/// Eigenvalues by cyclic Jacobi rotations in f64: an independent method that cannot fail on these sizes.
+fn jacobi<const N: usize>(mut a: SMatrix<f64, N, N>) -> std::vec::Vec<f64> {
+    for _ in 0..30 {
+        for p in 0..N {
+            for q in p + 1..N {
+                if a[(p, q)] == 0.0 {
+                    continue;
+                }
+                let theta = (a[(q, q)] - a[(p, p)]) / (2.0 * a[(p, q)]);
+                let t = theta.signum() / (theta.abs() + libm::hypot(theta, 1.0));
+                let c = 1.0 / libm::hypot(t, 1.0);
+                let s = t * c;
+                let mut rotation = SMatrix::<f64, N, N>::identity();
+                (rotation[(p, p)], rotation[(q, q)], rotation[(p, q)], rotation[(q, p)]) = (c, c, s, -s);
+                a = rotation.transpose() * a * rotation;
+            }
+        }
+    }
+    a.diagonal().iter().copied().collect()
+}
+
+/// Random orthogonal-similarity transform of given eigenvalues, from three angles.
+fn from_values(values: [f64; 3], angles: [f64; 3]) -> Matrix3<f32> {
+    let rotation = nalgebra::Rotation3::from_euler_angles(angles[0], angles[1], angles[2]);
+    let v = rotation.matrix();
+    let a = v * Matrix3::from_diagonal(&values.into()) * v.transpose();
+    ((a + a.transpose()) * 0.5).cast::<f32>()
+}
+
+fn angles() -> impl Strategy<Value = [f64; 3]> {
+    prop::array::uniform3(-3.2..3.2_f64)
+}
+
+#[test]
+fn every_matrix_with_small_integer_entries_is_decomposed() {
+    // 5^6 matrices: repeated, zero, negative and block eigenvalues in every arrangement.
+    let entry = |k: u32, place: u32| (k / 5_u32.pow(place) % 5) as f32 - 2.0;
+    for k in 0..5_u32.pow(6) {
+        let [a, b, c, d, e, f] = [0, 1, 2, 3, 4, 5].map(|place| entry(k, place));
+        check(Matrix3::new(a, b, c, b, d, e, c, e, f));
+        if e == -2.0 && f == -2.0 && d == -2.0 {
+            check(Matrix2::new(a, b, b, c));
+        }
+    }
+}
+
+#[test]
+fn correlation_matrices_from_independent_to_perfectly_tied_are_decomposed() {
+    let rho = [-1.0, -0.999_999_9, -0.999, -0.5, 0.0, 1e-7, 0.3, 0.999_9, 0.999_999_9, 1.0_f32];
+    for a in rho {
+        check(Matrix2::new(1.0, a, a, 1.0));
+        for b in rho {
+            for c in rho {
+                check(Matrix3::new(1.0, a, b, a, 1.0, c, b, c, 1.0));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_standardized_pair_has_the_eigenvalues_one_plus_and_minus_rho() {
+    let found = Matrix2::new(1.0, -0.25, -0.25, 1.0).closed_form_eigen().unwrap();
+    assert!((found.values[0] - 1.25).abs() < 1e-6 && (found.values[1] - 0.75).abs() < 1e-6);
+    assert!((found.vectors[(0, 0)] + found.vectors[(1, 0)]).abs() < 1e-6);
+}
+
+#[test]
+fn zero_diagonal_and_extreme_scales_are_decomposed() {
+    check(Matrix3::<f32>::zeros());
+    check(Matrix2::<f32>::zeros());
+    for scale in [1e-30_f32, 1.0, 1e30, 1e38] {
+        check(Matrix3::<f32>::identity() * scale);
+        for d in [[3.0, 2.0, 1.0], [1.0, 2.0, 3.0], [2.0, 2.0, 1.0], [1.0, 2.0, 2.0], [2.0, 1.0, 2.0], [0.0, 0.0, 1.0]]
+        {
+            check(Matrix3::from_diagonal(&d.into()) * scale);
+        }
+        check(Matrix3::new(1.0, 0.5, -0.25, 0.5, 2.0, 0.125, -0.25, 0.125, 1.5) * scale);
+    }
+}
+
+#[test]
+fn a_matrix_with_an_entry_that_is_not_finite_is_refused() {
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        for place in [(0, 0), (1, 0), (2, 0), (1, 1), (2, 1), (2, 2)] {
+            let mut matrix = Matrix3::<f32>::identity();
+            matrix[place] = bad;
+            assert_eq!(matrix.closed_form_eigen(), Err(EigenError::NonFinite));
+        }
+        assert_eq!(Matrix2::new(1.0, bad, bad, 1.0).closed_form_eigen(), Err(EigenError::NonFinite));
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    #[test]
+    fn random_matrices_of_any_scale(entries in prop::array::uniform6(-1.0..1.0_f32), exponent in -30..=30_i32) {
+        let [a, b, c, d, e, f] = entries.map(|x| x * 10_f32.powi(exponent));
+        check(Matrix3::new(a, b, c, b, d, e, c, e, f));
+        check(Matrix2::new(a, b, b, c));
+    }
+
+    #[test]
+    fn two_eigenvalues_that_nearly_meet(gap in -9.0..-1.0_f64, other in -1.0..1.0_f64, angles in angles()) {
+        check(from_values([1.0, 1.0 - 10_f64.powf(gap), other], angles));
+        check(from_values([1.0, other, other * (1.0 + 10_f64.powf(gap))], angles));
+    }
+
+    #[test]
+    fn three_eigenvalues_that_nearly_meet(gaps in prop::array::uniform2(-12.0..-2.0_f64), angles in angles()) {
+        check(from_values([1.0 + 10_f64.powf(gaps[0]), 1.0, 1.0 - 10_f64.powf(gaps[1])], angles));
+    }
+
+    #[test]
+    fn graded_and_nearly_block_matrices(small in prop::array::uniform3(-12.0..0.0_f64), angles in angles()) {
+        check(from_values([1.0, 1e-6, 1e-12], angles));
+        check(from_values(small.map(|e| 10_f64.powf(e)), angles));
+        let [a, b, c] = small.map(|e| 10_f64.powf(e) as f32);
+        check(Matrix3::new(1.0, a, b, a, 2.0, c, b, c, 1.0));
+        check(Matrix3::new(1.0, 0.7, b, 0.7, 1.0, c, b, c, 0.5));
+    }
+
+    #[test]
+    fn no_bits_make_a_panic_and_finite_bits_make_finite_values(bits in prop::array::uniform6(any::<u32>())) {
+        let [a, b, c, d, e, f] = bits.map(f32::from_bits);
+        if let Ok(found) = Matrix3::new(a, b, c, b, d, e, c, e, f).closed_form_eigen() {
+            prop_assert!(found.vectors.iter().all(|x| x.is_finite()));
+        }
+    }
+}

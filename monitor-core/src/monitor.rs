@@ -1,0 +1,389 @@
+//! The monitor: set-point gate, phase I (learning), phase II (judging), one call per sample.
+
+use crate::baseline::Baseline;
+use crate::detector::{Alarm, Chain, Detector};
+use crate::localize::Diagnosis;
+use crate::low_pass::{LowPass, LowPassError};
+use crate::moments::{LearnError, Moments};
+use crate::pca::{ExplainedShare, PcaError};
+use crate::relay::{Relay, RelayError};
+use crate::sample::{Bank, Channel, ModelId, PerPair, Sample};
+use crate::set_point::{Gate, GateError, GateState, SetPointGate};
+use crate::smoother::Smoother;
+use crate::units::RadPerSec;
+
+/// Settings of a monitor. All of them are fixed before the first sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Config {
+    /// Samples per second, Hz.
+    pub sample_rate_hz: f32,
+    /// How long after a change of the set point nothing is learned or judged, s.
+    pub settle_s: f32,
+    /// Length of the learning window, s. The paper learns from 5 s to 20 s (III.B).
+    pub learn_s: f32,
+    /// Largest movement of the set point that is not a change, in the set point's unit.
+    pub set_point_tolerance: f32,
+    /// Share of the variance that the retained components must explain (1.3), in (0, 1].
+    pub explained_share: f32,
+    /// Cutoff of the residual's low-pass (fig. 3), Hz.
+    pub cutoff_hz: f32,
+    /// Threshold of each residual's relay, in the units of the scaled T2 (1.6): one is the mean in control.
+    pub thresholds: Bank<f32>,
+    /// How far below its threshold a residual must fall to bring its relay down, as a share of it, in [0, 1).
+    pub hysteresis: f32,
+}
+
+impl Config {
+    /// The paper's settings for a sampling rate: 5 s to settle, 15 s to learn, 80 % explained variance, residuals
+    /// smoothed at 1 Hz. The thresholds are found for each motor by borderline runs (III.B).
+    #[must_use]
+    pub const fn paper(sample_rate_hz: f32, thresholds: Bank<f32>) -> Self {
+        Config {
+            sample_rate_hz,
+            settle_s: 5.0,
+            learn_s: 15.0,
+            set_point_tolerance: 0.0,
+            explained_share: ExplainedShare::PAPER.get(),
+            cutoff_hz: 1.0,
+            thresholds,
+            hysteresis: 0.1,
+        }
+    }
+}
+
+/// Why a configuration was refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum ConfigError {
+    /// The sampling rate must be finite and above zero.
+    SampleRate,
+    /// The settling time must be finite and not negative, and fit into 2^32 samples.
+    SettleTime,
+    /// The learning window must hold at least [`Moments::MIN_SAMPLES`] samples and fewer than 2^32.
+    LearnTime,
+    /// The set-point tolerance must be finite and not negative.
+    SetPointTolerance,
+    /// The share of variance to explain must lie in (0, 1].
+    ExplainedShare,
+    /// The cutoff must lie above zero and below half the sampling rate.
+    Cutoff,
+    /// The threshold of this residual must be finite and above zero.
+    Threshold(ModelId),
+    /// The hysteresis must lie in [0, 1).
+    Hysteresis,
+}
+
+impl From<PcaError> for ConfigError {
+    fn from(_: PcaError) -> Self {
+        ConfigError::ExplainedShare
+    }
+}
+
+impl From<LowPassError> for ConfigError {
+    fn from(_: LowPassError) -> Self {
+        ConfigError::Cutoff
+    }
+}
+
+impl From<GateError> for ConfigError {
+    fn from(_: GateError) -> Self {
+        ConfigError::SetPointTolerance
+    }
+}
+
+/// Why the monitor is settling.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Settling {
+    /// It has just been started.
+    #[default]
+    Start,
+    /// The set point has changed: the baseline of the old one says nothing about the new one.
+    SetPointChanged,
+}
+
+/// What the monitor is doing; anything but `Monitoring` is the reason why a sample was not judged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Phase {
+    /// Waiting for the loop to settle.
+    Settling(Settling),
+    /// Phase I: gathering the learning window.
+    Learning,
+    /// The window is complete; [`Monitor::finish_learning`] has not been called yet.
+    ModelDue,
+    /// Phase II: every sample is judged.
+    Monitoring,
+}
+
+impl Default for Phase {
+    fn default() -> Self {
+        Phase::Settling(Settling::Start)
+    }
+}
+
+/// Why a sample was turned away before it touched any state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Rejected {
+    /// This channel (the first such) is not a finite number.
+    NonFinite(Channel),
+    /// The set point is not a finite number.
+    NonFiniteSetPoint,
+}
+
+/// What the monitor says of one sample.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Verdict {
+    /// Index of the sample, counted from zero; rejected samples count, because time passes with them too.
+    pub sample: u64,
+    /// What the monitor is doing.
+    pub phase: Phase,
+    /// Why the sample was turned away, if it was. The rest of the verdict then is as the sample before left it.
+    pub rejected: Option<Rejected>,
+    /// Why the last complete learning window was refused, until one is accepted.
+    pub refused: Option<LearnError>,
+    /// The smoothed T2 of the four models; none when the sample was not judged.
+    pub residuals: Option<Bank<f32>>,
+    /// Which relays are up.
+    pub relays: Bank<bool>,
+    /// What the table (1.8) says of the pair relays.
+    pub diagnosis: Diagnosis,
+    /// The sample from which on some relay has been up without a break.
+    pub alarm_since: Option<u64>,
+    /// The sample from which on the diagnosis has stood.
+    pub located_since: Option<u64>,
+}
+
+/// Where the monitor stands; each phase owns what it moves, so a monitor is as large as its largest phase.
+#[derive(Clone, Copy, Debug)]
+enum Stage<S: Smoother> {
+    Settling,
+    Learning(Moments<3>),
+    ModelDue(Moments<3>),
+    Monitoring(Detector<S>),
+}
+
+/// The fault monitor of one motor.
+///
+/// `S` smooths the residuals: the Butterworth [`LowPass`] by default, or a
+/// [`MovingAverage`](crate::moving_average::MovingAverage).
+#[derive(Clone, Debug)]
+pub struct Monitor<S: Smoother = LowPass> {
+    gate: SetPointGate,
+    gate_state: GateState,
+    settling: Settling,
+    learn_samples: u32,
+    share: ExplainedShare,
+    chain: Chain<S>,
+    stage: Stage<S>,
+    refused: Option<LearnError>,
+    next_sample: u64,
+}
+
+impl Monitor {
+    /// A monitor that settles, learns and then judges, its residuals smoothed by the Butterworth low-pass.
+    ///
+    /// # Errors
+    /// [`ConfigError`] names the setting that is out of range.
+    pub fn new(config: &Config) -> Result<Self, ConfigError> {
+        Self::with_smoother(config, LowPass::butterworth(config.cutoff_hz, config.sample_rate_hz)?)
+    }
+}
+
+impl<S: Smoother> Monitor<S> {
+    /// A monitor with a smoother of its own; the configured cutoff is not used.
+    ///
+    /// # Errors
+    /// [`ConfigError`] names the setting that is out of range.
+    pub fn with_smoother(config: &Config, smoother: S) -> Result<Self, ConfigError> {
+        if !(config.sample_rate_hz > 0.0 && config.sample_rate_hz.is_finite()) {
+            return Err(ConfigError::SampleRate);
+        }
+        let samples = |seconds: f32| {
+            let samples = libm::roundf(seconds * config.sample_rate_hz);
+            // 2^32 as f32; written so that NaN is refused.
+            (0.0..4_294_967_296.0).contains(&samples).then_some(samples as u32)
+        };
+        let settle_samples = samples(config.settle_s).ok_or(ConfigError::SettleTime)?;
+        let learn_samples =
+            samples(config.learn_s).filter(|n| *n >= Moments::<3>::MIN_SAMPLES).ok_or(ConfigError::LearnTime)?;
+        let gate = SetPointGate::new(config.set_point_tolerance, settle_samples)?;
+        let relay = |model| {
+            Relay::new(*config.thresholds.get(model), config.hysteresis).map_err(|error| match error {
+                RelayError::Threshold => ConfigError::Threshold(model),
+                RelayError::Hysteresis => ConfigError::Hysteresis,
+            })
+        };
+        let [full, speed_current, current_voltage, speed_voltage] = ModelId::ALL.map(relay);
+        let pairs =
+            PerPair { speed_current: speed_current?, current_voltage: current_voltage?, speed_voltage: speed_voltage? };
+        Ok(Monitor {
+            gate,
+            gate_state: gate.unknown(),
+            settling: Settling::Start,
+            learn_samples,
+            share: ExplainedShare::new(config.explained_share)?,
+            chain: Chain { smoother, relays: Bank { full: full?, pairs } },
+            stage: Stage::Settling,
+            refused: None,
+            next_sample: 0,
+        })
+    }
+
+    /// Starts judging at once, at a set point whose baseline is known (offline baselines, the paper II.C).
+    #[must_use]
+    pub fn starting_from(mut self, baseline: Baseline, set_point: f32) -> Self {
+        self.gate_state = self.gate.open_at(set_point);
+        self.stage = Stage::Monitoring(Detector::new(baseline, &self.chain.smoother));
+        self
+    }
+
+    /// Takes one sample of the motor and says what is wrong, if anything is.
+    #[inline]
+    pub fn step(&mut self, set_point: RadPerSec, sample: Sample) -> Verdict {
+        self.step_channels(set_point.0, sample.into())
+    }
+
+    /// The same for any three channels: positions 0, 1 and 2 stand where speed, current and voltage do.
+    ///
+    /// Never fails, never allocates. A sample or set point that is not finite is reported and leaves every state as it
+    /// was; only the sample count goes on.
+    #[inline]
+    pub fn step_channels(&mut self, set_point: f32, x: [f32; 3]) -> Verdict {
+        let sample = self.next_sample;
+        self.next_sample += 1;
+        let rejected = match Channel::first_non_finite(&x) {
+            Some(channel) => Some(Rejected::NonFinite(channel)),
+            None if !set_point.is_finite() => Some(Rejected::NonFiniteSetPoint),
+            None => None,
+        };
+        if rejected.is_some() {
+            return self.verdict(sample, rejected, None);
+        }
+        match self.gate.step(&mut self.gate_state, set_point) {
+            Gate::Changed => self.settle(),
+            Gate::Settling => {}
+            Gate::Open => self.open(),
+        }
+        let residuals = match &mut self.stage {
+            Stage::Settling | Stage::ModelDue(_) => None,
+            Stage::Learning(window) => {
+                window.push(x);
+                if window.samples() >= self.learn_samples {
+                    self.stage = Stage::ModelDue(*window);
+                }
+                None
+            }
+            Stage::Monitoring(detector) => Some(detector.step(&self.chain, sample, x)),
+        };
+        self.verdict(sample, None, residuals)
+    }
+
+    /// The set point has moved: whatever was learned or stood is void.
+    fn settle(&mut self) {
+        // A set point that moves while the monitor still settles does not change why it settles.
+        if !matches!(self.stage, Stage::Settling) {
+            self.settling = Settling::SetPointChanged;
+        }
+        self.stage = Stage::Settling;
+    }
+
+    /// The set point has been constant for long enough.
+    fn open(&mut self) {
+        if let Stage::Settling = self.stage {
+            self.stage = Stage::Learning(Moments::default());
+        }
+    }
+
+    /// The learning window, once it is complete and until a model is installed.
+    ///
+    /// A board copies it out of the sampling interrupt, calls [`Baseline::learn`] at leisure, and hands the result in
+    /// with [`Monitor::install`].
+    #[must_use]
+    pub fn learned_window(&self) -> Option<Moments<3>> {
+        match &self.stage {
+            Stage::ModelDue(window) => Some(*window),
+            _ => None,
+        }
+    }
+
+    /// Hands in what was made of the learning window. Returns whether the monitor was waiting for it: if the set point
+    /// has changed meanwhile, the baseline is of no use and is ignored.
+    pub fn install(&mut self, learned: Result<Baseline, LearnError>) -> bool {
+        let Stage::ModelDue(_) = self.stage else { return false };
+        (self.stage, self.refused) = match learned {
+            Ok(baseline) => (Stage::Monitoring(Detector::new(baseline, &self.chain.smoother)), None),
+            Err(error) => (Stage::Learning(Moments::default()), Some(error)),
+        };
+        true
+    }
+
+    /// Makes a model of the learning window if it is complete, on the spot: [`Monitor::learned_window`],
+    /// [`Baseline::learn`] and [`Monitor::install`] in one, for hosts and for boards with time to spare in the loop.
+    ///
+    /// Returns whether a model was installed.
+    ///
+    /// # Errors
+    /// [`LearnError`] when the window was refused; a new one has begun.
+    pub fn finish_learning(&mut self) -> Result<bool, LearnError> {
+        let Some(window) = self.learned_window() else { return Ok(false) };
+        let learned = Baseline::learn(&window, self.share);
+        self.install(learned);
+        learned.map(|_| true)
+    }
+
+    /// The baseline that samples are judged by, while the monitor judges.
+    #[must_use]
+    pub fn baseline(&self) -> Option<&Baseline> {
+        match &self.stage {
+            Stage::Monitoring(detector) => Some(&detector.baseline),
+            _ => None,
+        }
+    }
+
+    /// What each channel contributes to the T2 of a sample by the full model; none while nothing is judged.
+    /// See [`Model::contributions`](crate::hotelling::Model::contributions).
+    #[must_use]
+    pub fn contributions(&self, x: [f32; 3]) -> Option<[f32; 3]> {
+        self.baseline().map(|baseline| baseline.full().contributions(baseline.deviation(x)))
+    }
+
+    /// The threshold of each residual's relay.
+    #[must_use]
+    pub fn thresholds(&self) -> Bank<f32> {
+        Bank::from_fn(|model| self.chain.relays.get(model).threshold())
+    }
+
+    fn phase(&self) -> Phase {
+        match &self.stage {
+            Stage::Settling => Phase::Settling(self.settling),
+            Stage::Learning(_) => Phase::Learning,
+            Stage::ModelDue(_) => Phase::ModelDue,
+            Stage::Monitoring(_) => Phase::Monitoring,
+        }
+    }
+
+    fn verdict(&self, sample: u64, rejected: Option<Rejected>, residuals: Option<Bank<f32>>) -> Verdict {
+        let alarm = match &self.stage {
+            Stage::Monitoring(detector) => detector.alarm,
+            _ => Alarm::default(),
+        };
+        Verdict {
+            sample,
+            phase: self.phase(),
+            rejected,
+            refused: self.refused,
+            residuals,
+            relays: alarm.up,
+            diagnosis: alarm.diagnosis,
+            alarm_since: alarm.since(),
+            located_since: alarm.located_since(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
