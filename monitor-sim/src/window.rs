@@ -135,12 +135,12 @@ impl RowWindow {
         }
         let from = first_row_at(from_s * rate_hz);
         let to = first_row_at(to_s * rate_hz);
-        if !(to <= LAST_ROW) {
+        if to > LAST_ROW {
             return Err(WindowError::TooFar {
                 text: self.to_string(),
             });
         }
-        if !(from < to) {
+        if from >= to {
             return Err(WindowError::ShorterThanARow {
                 text: self.to_string(),
                 rate_hz,
