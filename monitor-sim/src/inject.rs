@@ -392,7 +392,8 @@ mod tests {
 
     #[test]
     fn each_mistake_is_told_with_the_syntax_and_an_example() {
-        let cases: [(&str, fn(&InjectError) -> bool); 17] = [
+        type IsExpected = fn(&InjectError) -> bool;
+        let cases: [(&str, IsExpected); 17] = [
             ("", |e| matches!(e, InjectError::NoRow { .. })),
             ("current:+0.5", |e| matches!(e, InjectError::NoRow { .. })),
             ("+0.5@800", |e| matches!(e, InjectError::NoChannel { .. })),
