@@ -532,7 +532,7 @@ impl LogReader {
             let last_line = if self.ends_without_newline {
                 line_after
             } else {
-                line_after - 1
+                line_after.saturating_sub(1)
             };
             return Ok(Some(last_line.saturating_sub(line_ends(&self.record))));
         }
@@ -1085,6 +1085,12 @@ mod tests {
             rows(log, &[("speed", "1"), ("current", "3")])[0],
             (0, 2, vec![8.0, 9.0])
         );
+        // The only text of this header is in a column that is not chosen.
+        let log = "time,0,2\n7,8,9\n";
+        assert_eq!(
+            rows(log, &[("speed", "0"), ("current", "2")])[0],
+            (0, 2, vec![8.0, 9.0])
+        );
     }
 
     #[test]
@@ -1098,8 +1104,20 @@ mod tests {
 
     #[test]
     fn a_header_of_numbers_and_names_is_found_by_its_names() {
-        let log = "t,0,1\n,,\n1,2,3\n";
-        assert_eq!(rows(log, &[("speed", "1"), ("time", "t")])[1].2, [3.0, 1.0]);
+        let log = "t,0.5,1.5\nx,2,3\n";
+        assert_eq!(
+            rows(log, &[("speed", "1.5"), ("current", "0.5")])[0],
+            (0, 2, vec![3.0, 2.0])
+        );
+    }
+
+    #[test]
+    fn text_in_a_column_chosen_by_number_is_its_header_even_over_a_damaged_first_row() {
+        let message = refusal("speed,7\nstop,2\n", &[("speed", "1")]);
+        assert!(
+            message.starts_with("row 0 (line 2): `stop` in column `speed`"),
+            "{message}"
+        );
     }
 
     #[test]
@@ -1232,6 +1250,28 @@ mod tests {
     }
 
     #[test]
+    fn a_short_log_that_breaks_off_still_shows_its_delimiter() {
+        let log = "speed;a,b,c;d\n1;1,2,3;4\n2;1,2";
+        assert_eq!(values(rows(log, &[("speed", "speed")])), [1.0]);
+    }
+
+    #[test]
+    fn a_log_that_grows_while_it_is_read_ends_where_its_end_was_met() {
+        struct Growing(Vec<&'static str>);
+        impl Read for Growing {
+            fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+                self.0.pop().unwrap_or_default().as_bytes().read(buffer)
+            }
+        }
+        let input = Growing(vec!["3\n4,5\n", "", "", "a,b\n1,2"]);
+        let channels = channels(&[("x", "a")]);
+        let log = LogReader::from_reader("log.csv", input, &channels, LogOptions::default());
+        let (rows, _, error) = drain(log.unwrap());
+        assert_eq!(values(rows), [1.0]);
+        assert!(error.is_none(), "{error:?}");
+    }
+
+    #[test]
     fn after_the_end_and_after_an_error_there_are_no_more_rows() {
         let (_, mut log, error) = drain(open("a,b\n1,2\n3\n4,5\n", &[("x", "a")]).unwrap());
         assert!(error.is_some());
@@ -1332,10 +1372,10 @@ mod tests {
     }
 
     #[test]
-    fn the_bytes_read_grow_up_to_the_length_of_the_file() {
+    fn a_log_of_mebibytes_is_read_whole_and_the_bytes_read_grow_up_to_its_length() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("log.csv");
-        let text = format!("a,b\n{}", "1,2\n".repeat(100_000));
+        let text = format!("a,b\n{}", "1,2\n".repeat(500_000));
         std::fs::write(&path, &text).unwrap();
         let mut log =
             LogReader::open(&path, &channels(&[("x", "a")]), LogOptions::default()).unwrap();
@@ -1343,7 +1383,7 @@ mod tests {
         log.next_row().unwrap();
         assert!(log.bytes_read() <= 128 * 1024);
         let (rows, log, _) = drain(log);
-        assert_eq!((rows.len(), log.bytes_read()), (99_999, text.len() as u64));
+        assert_eq!((rows.len(), log.bytes_read()), (499_999, text.len() as u64));
     }
 
     proptest! {
