@@ -1128,6 +1128,12 @@ mod tests {
              its columns are `time`, `Speed`, `current`"
         );
         assert!(!refusal("a,b\n1,2\n", &[("speed", "velocity")]).contains("did you mean"));
+        // A first row of text alone is a header, also over a damaged first row.
+        let message = refusal("speed,note\nstop,x\n", &[("speed", "velocity")]);
+        assert!(
+            message.ends_with("its columns are `speed`, `note`"),
+            "{message}"
+        );
         let wide = format!("{}z\n1\n", "a,".repeat(99));
         assert!(refusal(wide, &[("speed", "velocity")]).ends_with("`a` and 60 more"));
     }
