@@ -68,9 +68,7 @@ pub enum InjectError {
         text: String,
     },
     /// The change is not an offset, a ramp or a gain.
-    #[error(
-        "`{change}` in the injection `{text}` is not a change (an offset and a ramp need their sign); {SYNTAX}"
-    )]
+    #[error("`{change}` in the injection `{text}` is not a change (an offset and a ramp need their sign); {SYNTAX}")]
     Change {
         /// The text as given.
         text: String,
@@ -86,9 +84,7 @@ pub enum InjectError {
         amount: String,
     },
     /// A row is not a whole number from 0.
-    #[error(
-        "`{row}` in the injection `{text}` is not a row (rows are whole numbers from 0); {SYNTAX}"
-    )]
+    #[error("`{row}` in the injection `{text}` is not a row (rows are whole numbers from 0); {SYNTAX}")]
     Row {
         /// The text as given.
         text: String,
@@ -102,9 +98,7 @@ pub enum InjectError {
         text: String,
     },
     /// A ramp has no end, so that its slope is unknown.
-    #[error(
-        "the ramp `{text}` does not say at which row it reaches its full size, so its slope is unknown; {SYNTAX}"
-    )]
+    #[error("the ramp `{text}` does not say at which row it reaches its full size, so its slope is unknown; {SYNTAX}")]
     RampWithoutEnd {
         /// The text as given.
         text: String,
@@ -123,16 +117,11 @@ pub enum InjectError {
 
 /// The middle of an "unknown name" message.
 pub(crate) fn did_you_mean(nearest: &Option<String>) -> String {
-    nearest
-        .as_ref()
-        .map_or_else(String::new, |name| format!(" (did you mean `{name}`?)"))
+    nearest.as_ref().map_or_else(String::new, |name| format!(" (did you mean `{name}`?)"))
 }
 
 /// The one of `known` that `asked` was likely meant to be, or `None` if none is close.
-pub(crate) fn nearest_name<'a>(
-    asked: &str,
-    known: impl IntoIterator<Item = &'a str>,
-) -> Option<String> {
+pub(crate) fn nearest_name<'a>(asked: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
     // Jaro-Winkler, 0 to 1, measured: names of different quantities reach 0.65 (`pressure` and
     // `temperature`), `current` and `S1_CurrentFeedback` 0.73, a slip of one letter 0.9 and more.
     const CLOSE: f64 = 0.7;
@@ -166,20 +155,12 @@ impl Injection {
     /// # Errors
     /// [`InjectError::UnknownChannel`] with the nearest name.
     pub fn resolve(&self, names: &[&str]) -> Result<ResolvedInjection, InjectError> {
-        let index = names
-            .iter()
-            .position(|name| *name == self.channel)
-            .ok_or_else(|| InjectError::UnknownChannel {
-                channel: self.channel.clone(),
-                nearest: nearest_name(&self.channel, names.iter().copied()),
-                known: names.iter().map(|name| (*name).to_owned()).collect(),
-            })?;
-        Ok(ResolvedInjection {
-            index,
-            change: self.change,
-            from: self.from,
-            to: self.to.unwrap_or(u64::MAX),
-        })
+        let index = names.iter().position(|name| *name == self.channel).ok_or_else(|| InjectError::UnknownChannel {
+            channel: self.channel.clone(),
+            nearest: nearest_name(&self.channel, names.iter().copied()),
+            known: names.iter().map(|name| (*name).to_owned()).collect(),
+        })?;
+        Ok(ResolvedInjection { index, change: self.change, from: self.from, to: self.to.unwrap_or(u64::MAX) })
     }
 }
 
@@ -218,13 +199,9 @@ impl FromStr for Injection {
 
     fn from_str(text: &str) -> Result<Self, InjectError> {
         let whole = || text.to_owned();
-        let (what, rows) = text
-            .rsplit_once('@')
-            .ok_or_else(|| InjectError::NoRow { text: whole() })?;
+        let (what, rows) = text.rsplit_once('@').ok_or_else(|| InjectError::NoRow { text: whole() })?;
         // From the right, as a channel's name may hold a colon and a change never does.
-        let (channel, change) = what
-            .rsplit_once(':')
-            .ok_or_else(|| InjectError::NoChannel { text: whole() })?;
+        let (channel, change) = what.rsplit_once(':').ok_or_else(|| InjectError::NoChannel { text: whole() })?;
         let channel = channel.trim();
         if channel.is_empty() {
             return Err(InjectError::NoChannel { text: whole() });
@@ -241,12 +218,7 @@ impl FromStr for Injection {
             }
             _ => {}
         }
-        Ok(Self {
-            channel: channel.to_owned(),
-            change,
-            from,
-            to,
-        })
+        Ok(Self { channel: channel.to_owned(), change, from, to })
     }
 }
 
@@ -259,38 +231,24 @@ fn parse_change(text: &str, change: &str) -> Result<Change, InjectError> {
     } else if signed(change) {
         parse_amount(text, change).map(Change::Offset)
     } else {
-        Err(InjectError::Change {
-            text: text.to_owned(),
-            change: change.to_owned(),
-        })
+        Err(InjectError::Change { text: text.to_owned(), change: change.to_owned() })
     }
 }
 
 fn parse_amount(text: &str, amount: &str) -> Result<f64, InjectError> {
     match amount.parse::<f64>() {
         Ok(number) if number.is_finite() => Ok(number),
-        _ => Err(InjectError::Amount {
-            text: text.to_owned(),
-            amount: amount.to_owned(),
-        }),
+        _ => Err(InjectError::Amount { text: text.to_owned(), amount: amount.to_owned() }),
     }
 }
 
 fn parse_row(text: &str, row: &str) -> Result<u64, InjectError> {
-    row.trim().parse().map_err(|_| InjectError::Row {
-        text: text.to_owned(),
-        row: row.trim().to_owned(),
-    })
+    row.trim().parse().map_err(|_| InjectError::Row { text: text.to_owned(), row: row.trim().to_owned() })
 }
 
 impl fmt::Display for Injection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            channel,
-            change,
-            from,
-            to,
-        } = self;
+        let Self { channel, change, from, to } = self;
         match change {
             Change::Offset(offset) => write!(f, "{channel}:{offset:+}@{from}")?,
             Change::Ramp(full) => write!(f, "{channel}:ramp{full:+}@{from}")?,
@@ -310,19 +268,11 @@ mod tests {
 
     /// The current, 2 A in the log, after the injection at each of `rows`.
     fn current(text: &str, rows: &[u64]) -> Vec<f64> {
-        let injection = text
-            .parse::<Injection>()
-            .unwrap()
-            .resolve(&CHANNELS)
-            .unwrap();
+        let injection = text.parse::<Injection>().unwrap().resolve(&CHANNELS).unwrap();
         let injected = |row: &u64| {
             let mut values = [100.0, 2.0, 24.0];
             injection.apply(*row, &mut values);
-            assert_eq!(
-                [values[0], values[2]],
-                [100.0, 24.0],
-                "another channel was touched"
-            );
+            assert_eq!([values[0], values[2]], [100.0, 24.0], "another channel was touched");
             values[1]
         };
         rows.iter().map(injected).collect()
@@ -334,47 +284,31 @@ mod tests {
 
     #[test]
     fn an_offset_without_an_end_lasts_from_its_first_row_to_the_end_of_the_log() {
-        assert_eq!(
-            current("current:+0.5@800", &[0, 799, 800, 1 << 40]),
-            [2.0, 2.0, 2.5, 2.5]
-        );
+        assert_eq!(current("current:+0.5@800", &[0, 799, 800, 1 << 40]), [2.0, 2.0, 2.5, 2.5]);
     }
 
     #[test]
     fn an_offset_with_an_end_leaves_its_end_row_alone() {
         let rows = [799, 800, 1199, 1200];
-        assert_eq!(
-            current("current:-0.5@800..1200", &rows),
-            [2.0, 1.5, 1.5, 2.0]
-        );
+        assert_eq!(current("current:-0.5@800..1200", &rows), [2.0, 1.5, 1.5, 2.0]);
     }
 
     #[test]
     fn a_ramp_is_zero_at_its_first_row_half_way_at_half_time_and_gone_at_its_end() {
         let rows = [799, 800, 1000, 1100, 1200];
-        assert_eq!(
-            current("current:ramp+0.5@800..1200", &rows),
-            [2.0, 2.0, 2.25, 2.375, 2.0]
-        );
+        assert_eq!(current("current:ramp+0.5@800..1200", &rows), [2.0, 2.0, 2.25, 2.375, 2.0]);
         assert_eq!(current("current:ramp-0.5@800..1200", &[1000]), [1.75]);
     }
 
     #[test]
     fn a_gain_multiplies_and_may_be_written_with_x_or_a_star() {
         assert_eq!(current("current:x1.5@800", &[799, 800]), [2.0, 3.0]);
-        assert_eq!(
-            current("current:*1.5@800..801", &[799, 800, 801]),
-            [2.0, 3.0, 2.0]
-        );
+        assert_eq!(current("current:*1.5@800..801", &[799, 800, 801]), [2.0, 3.0, 2.0]);
     }
 
     #[test]
     fn a_missing_value_stays_missing_and_a_short_row_is_left_alone() {
-        let injection = "current:+0.5@0"
-            .parse::<Injection>()
-            .unwrap()
-            .resolve(&CHANNELS)
-            .unwrap();
+        let injection = "current:+0.5@0".parse::<Injection>().unwrap().resolve(&CHANNELS).unwrap();
         let mut values = [100.0, f64::NAN, 24.0];
         injection.apply(0, &mut values);
         assert!(values[1].is_nan());
@@ -398,55 +332,30 @@ mod tests {
             ("current:+0.5", |e| matches!(e, InjectError::NoRow { .. })),
             ("+0.5@800", |e| matches!(e, InjectError::NoChannel { .. })),
             (":+0.5@800", |e| matches!(e, InjectError::NoChannel { .. })),
-            ("current:0.5@800", |e| {
-                matches!(e, InjectError::Change { .. })
-            }),
+            ("current:0.5@800", |e| matches!(e, InjectError::Change { .. })),
             ("current:@800", |e| matches!(e, InjectError::Change { .. })),
-            ("current:ramp0.5@8..9", |e| {
-                matches!(e, InjectError::Change { .. })
-            }),
+            ("current:ramp0.5@8..9", |e| matches!(e, InjectError::Change { .. })),
             ("current:x@800", |e| matches!(e, InjectError::Amount { .. })),
-            ("current:+nan@800", |e| {
-                matches!(e, InjectError::Amount { .. })
-            }),
-            ("current:+1e999@800", |e| {
-                matches!(e, InjectError::Amount { .. })
-            }),
-            ("current:xinf@800", |e| {
-                matches!(e, InjectError::Amount { .. })
-            }),
-            ("current:+0,5@800", |e| {
-                matches!(e, InjectError::Amount { .. })
-            }),
+            ("current:+nan@800", |e| matches!(e, InjectError::Amount { .. })),
+            ("current:+1e999@800", |e| matches!(e, InjectError::Amount { .. })),
+            ("current:xinf@800", |e| matches!(e, InjectError::Amount { .. })),
+            ("current:+0,5@800", |e| matches!(e, InjectError::Amount { .. })),
             ("current:+0.5@", |e| matches!(e, InjectError::Row { .. })),
             ("current:+0.5@-1", |e| matches!(e, InjectError::Row { .. })),
             ("current:+0.5@1..", |e| matches!(e, InjectError::Row { .. })),
-            ("current:+0.5@9..9", |e| {
-                matches!(e, InjectError::Empty { .. })
-            }),
-            ("current:ramp+0.5@800", |e| {
-                matches!(e, InjectError::RampWithoutEnd { .. })
-            }),
+            ("current:+0.5@9..9", |e| matches!(e, InjectError::Empty { .. })),
+            ("current:ramp+0.5@800", |e| matches!(e, InjectError::RampWithoutEnd { .. })),
         ];
         for (text, expected) in cases {
             let error = refusal(text);
             assert!(expected(&error), "{text}: {error}");
-            assert!(
-                error.to_string().contains("for example `current:+0.5@800`"),
-                "{error}"
-            );
+            assert!(error.to_string().contains("for example `current:+0.5@800`"), "{error}");
         }
     }
 
     #[test]
     fn an_unknown_channel_is_told_with_the_nearest_name() {
-        let unknown = |text: &str| {
-            text.parse::<Injection>()
-                .unwrap()
-                .resolve(&CHANNELS)
-                .unwrap_err()
-                .to_string()
-        };
+        let unknown = |text: &str| text.parse::<Injection>().unwrap().resolve(&CHANNELS).unwrap_err().to_string();
         assert_eq!(
             unknown("Curent:+0.5@800"),
             "there is no channel `Curent` to inject a fault into (did you mean `current`?); \

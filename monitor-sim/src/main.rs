@@ -1,2 +1,3 @@
-//! cli
+//! The command line of the simulator.
+
 fn main() {}

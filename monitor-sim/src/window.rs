@@ -41,9 +41,7 @@ enum Ends {
 #[non_exhaustive]
 pub enum WindowError {
     /// There is no `..`, or one of its ends is missing.
-    #[error(
-        "`{text}` is not a window; write both ends, in rows (`0..400`) or in seconds (`5s..20s`)"
-    )]
+    #[error("`{text}` is not a window; write both ends, in rows (`0..400`) or in seconds (`5s..20s`)")]
     Syntax {
         /// The text as given.
         text: String,
@@ -55,9 +53,7 @@ pub enum WindowError {
         text: String,
     },
     /// An end is not a number.
-    #[error(
-        "`{end}` in the window `{text}` is not a number; write rows (`0..400`) or seconds (`5s..20s`)"
-    )]
+    #[error("`{end}` in the window `{text}` is not a number; write rows (`0..400`) or seconds (`5s..20s`)")]
     NotANumber {
         /// The text as given.
         text: String,
@@ -65,9 +61,7 @@ pub enum WindowError {
         end: String,
     },
     /// An end counted in rows is not whole.
-    #[error(
-        "`{end}` in the window `{text}` is not a whole row; round it, or put an `s` on both ends to give seconds"
-    )]
+    #[error("`{end}` in the window `{text}` is not a whole row; round it, or put an `s` on both ends to give seconds")]
     NotAWholeRow {
         /// The text as given.
         text: String,
@@ -75,9 +69,7 @@ pub enum WindowError {
         end: String,
     },
     /// An end lies before the log begins.
-    #[error(
-        "`{end}` in the window `{text}` is negative; the log begins at row 0 (0 s), so start there or later"
-    )]
+    #[error("`{end}` in the window `{text}` is negative; the log begins at row 0 (0 s), so start there or later")]
     Negative {
         /// The text as given.
         text: String,
@@ -99,17 +91,13 @@ pub enum WindowError {
         rate_hz: f64,
     },
     /// An end is further than any log reaches.
-    #[error(
-        "the window `{text}` ends after the last row that can be counted (2^53); give a smaller end"
-    )]
+    #[error("the window `{text}` ends after the last row that can be counted (2^53); give a smaller end")]
     TooFar {
         /// The window.
         text: String,
     },
     /// The rate is not a positive finite number.
-    #[error(
-        "the rate {rate_hz} Hz cannot turn seconds into rows; give the log's sample rate, above 0"
-    )]
+    #[error("the rate {rate_hz} Hz cannot turn seconds into rows; give the log's sample rate, above 0")]
     Rate {
         /// The rate as given, in hertz.
         rate_hz: f64,
@@ -136,15 +124,10 @@ impl RowWindow {
         let from = first_row_at(from_s * rate_hz);
         let to = first_row_at(to_s * rate_hz);
         if to > LAST_ROW {
-            return Err(WindowError::TooFar {
-                text: self.to_string(),
-            });
+            return Err(WindowError::TooFar { text: self.to_string() });
         }
         if from >= to {
-            return Err(WindowError::ShorterThanARow {
-                text: self.to_string(),
-                rate_hz,
-            });
+            return Err(WindowError::ShorterThanARow { text: self.to_string(), rate_hz });
         }
         Ok(from as u64..to as u64)
     }
@@ -153,39 +136,23 @@ impl RowWindow {
 /// The first whole row at or after `position` (in rows, with a fraction).
 fn first_row_at(position: f64) -> f64 {
     let nearest = position.round();
-    if (position - nearest).abs() <= SNAP_ROWS {
-        nearest
-    } else {
-        position.ceil()
-    }
+    if (position - nearest).abs() <= SNAP_ROWS { nearest } else { position.ceil() }
 }
 
 impl FromStr for RowWindow {
     type Err = WindowError;
 
     fn from_str(text: &str) -> Result<Self, WindowError> {
-        let (first, second) = text.split_once("..").ok_or_else(|| WindowError::Syntax {
-            text: text.to_owned(),
-        })?;
+        let (first, second) = text.split_once("..").ok_or_else(|| WindowError::Syntax { text: text.to_owned() })?;
         let (first, second) = (first.trim(), second.trim());
         if first.is_empty() || second.is_empty() {
-            return Err(WindowError::Syntax {
-                text: text.to_owned(),
-            });
+            return Err(WindowError::Syntax { text: text.to_owned() });
         }
         let ends = match (first.strip_suffix('s'), second.strip_suffix('s')) {
-            (None, None) => Ends::Rows {
-                from: row(text, first)?,
-                to: row(text, second)?,
-            },
-            (Some(from), Some(to)) => Ends::Seconds {
-                from_s: number(text, from)?,
-                to_s: number(text, to)?,
-            },
+            (None, None) => Ends::Rows { from: row(text, first)?, to: row(text, second)? },
+            (Some(from), Some(to)) => Ends::Seconds { from_s: number(text, from)?, to_s: number(text, to)? },
             _ => {
-                return Err(WindowError::MixedUnits {
-                    text: text.to_owned(),
-                });
+                return Err(WindowError::MixedUnits { text: text.to_owned() });
             }
         };
         let in_order = match ends {
@@ -193,9 +160,7 @@ impl FromStr for RowWindow {
             Ends::Seconds { from_s, to_s } => from_s < to_s,
         };
         if !in_order {
-            return Err(WindowError::Empty {
-                text: text.to_owned(),
-            });
+            return Err(WindowError::Empty { text: text.to_owned() });
         }
         Ok(Self(ends))
     }
@@ -208,14 +173,9 @@ fn row(text: &str, end: &str) -> Result<u64, WindowError> {
     }
     let number = number(text, end)?;
     if number > LAST_ROW {
-        return Err(WindowError::TooFar {
-            text: text.to_owned(),
-        });
+        return Err(WindowError::TooFar { text: text.to_owned() });
     }
-    Err(WindowError::NotAWholeRow {
-        text: text.to_owned(),
-        end: end.to_owned(),
-    })
+    Err(WindowError::NotAWholeRow { text: text.to_owned(), end: end.to_owned() })
 }
 
 fn number(text: &str, end: &str) -> Result<f64, WindowError> {
@@ -276,40 +236,22 @@ mod tests {
     #[test]
     fn each_mistake_in_a_window_is_told_with_its_remedy() {
         for text in ["", "800", "..", "5..", "..5", "5-9"] {
-            assert!(
-                matches!(refusal(text), WindowError::Syntax { .. }),
-                "{text}"
-            );
+            assert!(matches!(refusal(text), WindowError::Syntax { .. }), "{text}");
         }
         for text in ["5s..20", "5..20s"] {
-            assert!(
-                matches!(refusal(text), WindowError::MixedUnits { .. }),
-                "{text}"
-            );
+            assert!(matches!(refusal(text), WindowError::MixedUnits { .. }), "{text}");
         }
         for text in ["a..5", "0..=5", "nans..5s", "0s..infs", "1..2..3", "0..NaN"] {
-            assert!(
-                matches!(refusal(text), WindowError::NotANumber { .. }),
-                "{text}"
-            );
+            assert!(matches!(refusal(text), WindowError::NotANumber { .. }), "{text}");
         }
         for text in ["-1..5", "-5s..2s", "0..-3"] {
-            assert!(
-                matches!(refusal(text), WindowError::Negative { .. }),
-                "{text}"
-            );
+            assert!(matches!(refusal(text), WindowError::Negative { .. }), "{text}");
         }
         for text in ["5..5", "9..5", "9s..5s", "2s..2s"] {
             assert!(matches!(refusal(text), WindowError::Empty { .. }), "{text}");
         }
-        assert!(matches!(
-            refusal("0.5..8"),
-            WindowError::NotAWholeRow { .. }
-        ));
-        assert!(matches!(
-            refusal("0..99999999999999999999"),
-            WindowError::TooFar { .. }
-        ));
+        assert!(matches!(refusal("0.5..8"), WindowError::NotAWholeRow { .. }));
+        assert!(matches!(refusal("0..99999999999999999999"), WindowError::TooFar { .. }));
         assert_eq!(
             refusal("5s..20").to_string(),
             "the window `5s..20` mixes rows and seconds; put the `s` on both ends or on neither"
@@ -319,13 +261,7 @@ mod tests {
     #[test]
     fn a_window_in_seconds_that_no_row_falls_into_is_refused_when_the_rate_is_known() {
         let window: RowWindow = "0.1s..0.2s".parse().unwrap();
-        assert_eq!(
-            window.rows(1.0),
-            Err(WindowError::ShorterThanARow {
-                text: "0.1s..0.2s".to_owned(),
-                rate_hz: 1.0
-            })
-        );
+        assert_eq!(window.rows(1.0), Err(WindowError::ShorterThanARow { text: "0.1s..0.2s".to_owned(), rate_hz: 1.0 }));
         let far: RowWindow = "0s..1e300s".parse().unwrap();
         assert!(matches!(far.rows(1e300), Err(WindowError::TooFar { .. })));
     }
@@ -334,10 +270,7 @@ mod tests {
     fn seconds_need_a_positive_finite_rate() {
         let window: RowWindow = "1s..2s".parse().unwrap();
         for rate_hz in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            assert!(
-                matches!(window.rows(rate_hz), Err(WindowError::Rate { .. })),
-                "{rate_hz}"
-            );
+            assert!(matches!(window.rows(rate_hz), Err(WindowError::Rate { .. })), "{rate_hz}");
         }
     }
 
