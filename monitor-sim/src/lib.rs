@@ -1,1 +1,2 @@
 //! Simulated thruster motor, recorded-log replay and reports around [`monitor_core`].
+pub mod noise;
