@@ -1,3 +1,4 @@
 //! Simulated thruster motor, recorded-log replay and reports around [`monitor_core`].
-pub mod noise;
+pub mod controller;
 pub mod motor;
+pub mod noise;
