@@ -1,5 +1,5 @@
-//! The drive's cascade of the paper's figure 2: a speed PI whose output is the current reference, and a current PI whose
-//! output is the armature voltage. Discrete, one step per control period, both with limits and anti-windup.
+//! The drive's cascade of the paper's figure 2: a speed PI whose output is the current reference, and a current PI
+//! whose output is the armature voltage. Discrete, one step per control period, both with limits and anti-windup.
 
 use serde::{Deserialize, Serialize};
 
@@ -54,8 +54,8 @@ pub struct PiState {
 impl Pi {
     /// The output for `error`, within the limit.
     ///
-    /// Anti-windup by clamping: the integral stands still while the output is at its limit and the error drives it further
-    /// out. Chosen over back-calculation because it has no gain of its own to tune.
+    /// Anti-windup by clamping: the integral stands still while the output is at its limit and the error drives it
+    /// further out. Chosen over back-calculation because it has no gain of its own to tune.
     pub fn step(&self, state: &mut PiState, error: f64) -> f64 {
         let integral = state.integral + self.integral_per_s * error * self.period_s;
         let wanted = self.proportional * error + integral;

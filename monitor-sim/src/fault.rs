@@ -1,5 +1,5 @@
-//! Faults of the paper's section III.A, injected where its figure 2 injects them: at the load torque, at the speed sensor,
-//! at the current sensor. Sensor faults are inside the loop: the controllers act on the faulty reading.
+//! Faults of the paper's section III.A, injected where its figure 2 injects them: at the load torque, at the speed
+//! sensor, at the current sensor. Sensor faults are inside the loop: the controllers act on the faulty reading.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FaultPoint {
-    /// Load torque, N m. The paper calls its fault 1 "increase of the load inertia" (debris in the propeller), but adds it at
-    /// the load torque, as done here.
+    /// Load torque, N m. The paper calls its fault 1 "increase of the load inertia" (debris in the propeller), but adds
+    /// it at the load torque, as done here.
     LoadTorque,
     /// Speed sensor, rad/s.
     SpeedSensor,

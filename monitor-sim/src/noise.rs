@@ -10,8 +10,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
-/// Noise and resolution of the three sensors. Default: an incremental encoder and two shunt amplifiers of usual quality,
-/// without an ADC step.
+/// Noise and resolution of the three sensors. Default: an incremental encoder and two shunt amplifiers of usual
+/// quality, without an ADC step.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct NoiseParameters {
@@ -89,11 +89,11 @@ pub struct GaussMarkov {
 }
 
 impl GaussMarkov {
-    /// A process of standard deviation `sigma` (any unit) and -3 dB corner `bandwidth_hz`, drawn every `period_s` seconds.
-    /// It begins in its stationary distribution.
+    /// A process of standard deviation `sigma` (any unit) and -3 dB corner `bandwidth_hz`, drawn every `period_s`
+    /// seconds. It begins in its stationary distribution.
     ///
-    /// The pole is the bilinear image of exp(-2 pi f T), (1 - pi f T)/(1 + pi f T), because arithmetic alone is the same on
-    /// every platform. It stays stable for any bandwidth.
+    /// The pole is the bilinear image of exp(-2 pi f T), (1 - pi f T)/(1 + pi f T), because arithmetic alone is the
+    /// same on every platform. It stays stable for any bandwidth.
     #[must_use]
     pub fn new(seed: u64, stream: Stream, sigma: f64, bandwidth_hz: f64, period_s: f64) -> Self {
         let half_angle = std::f64::consts::PI * bandwidth_hz * period_s;
@@ -125,7 +125,8 @@ pub struct Sensor {
 }
 
 impl Sensor {
-    /// A sensor with noise of standard deviation `sigma` and an ADC step `step` (both in the channel's unit, `step` 0 for none).
+    /// A sensor with noise of standard deviation `sigma` and an ADC step `step` (both in the channel's unit, `step` 0
+    /// for none).
     #[must_use]
     pub fn new(seed: u64, stream: Stream, sigma: f64, step: f64) -> Self {
         Self {
