@@ -3,3 +3,4 @@ pub mod controller;
 pub mod fault;
 pub mod motor;
 pub mod noise;
+pub mod scenario;
