@@ -3,4 +3,5 @@ pub mod controller;
 pub mod fault;
 pub mod motor;
 pub mod noise;
+pub mod plant;
 pub mod scenario;
