@@ -1,7 +1,14 @@
 //! Simulated thruster motor, recorded-log replay and reports around [`monitor_core`].
-pub mod controller;
-pub mod fault;
-pub mod motor;
+
+// In the order the data flows; the blank lines keep rustfmt from sorting them.
 pub mod noise;
-pub mod plant;
+
+pub mod motor;
+
+pub mod controller;
+
+pub mod fault;
+
 pub mod scenario;
+
+pub mod plant;
