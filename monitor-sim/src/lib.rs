@@ -1,6 +1,6 @@
 //! Simulated thruster motor, recorded-log replay and reports around [`monitor_core`].
 
-// The plant, in the order the data flows.
+// The plant.
 pub mod noise;
 pub mod motor;
 pub mod controller;
@@ -11,3 +11,22 @@ pub mod plant;
 pub mod log;
 pub mod inject;
 pub mod window;
+// What is kept of a run, and what is made of it.
+pub mod intervals;
+pub mod envelope;
+pub mod record;
+pub mod trace;
+pub mod score;
+pub mod paper;
+pub mod tables;
+pub mod chart;
+pub mod page;
+// The commands.
+pub mod names;
+pub mod settings;
+pub mod output;
+pub mod mission;
+pub mod replay;
+pub mod tune;
+pub mod mission_page;
+pub mod replay_page;

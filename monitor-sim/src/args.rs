@@ -1,0 +1,189 @@
+//! The command line: what can be asked for, in the user's words.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use monitor_sim::inject::Injection;
+use monitor_sim::log::{ColumnRef, Delimiter};
+use monitor_sim::mission::Faults;
+use monitor_sim::window::RowWindow;
+
+const EXAMPLES: &str = "\
+Examples:
+  monitor-sim                                    fly the paper's mission, print its tables, write the page
+  monitor-sim --faults ramp --seed 7             the same with growing faults and other noise
+  monitor-sim --scenario my.toml --out results   a mission of your own (see `monitor-sim scenario`)
+  monitor-sim --json | jq .faults                the tables for machines
+  monitor-sim replay log.csv --speed rpm --current amps --voltage volts --rate-hz 50 --learn 5s..20s
+  monitor-sim tune --out limits.toml             find thresholds for a motor by borderline runs
+
+Exit codes: 0 done (replay: no fault), 1 replay reported a fault, 2 the input or the command line was wrong.";
+
+const REPLAY_EXAMPLES: &str = "\
+Examples:
+  monitor-sim replay log.csv --speed rpm --current amps --voltage volts --rate-hz 50 --learn 5s..20s
+  monitor-sim replay log.csv --speed 2 --current 3 --voltage 4 --set-point 1 --rate-hz 50 --learn 0..1000
+  monitor-sim replay pump.csv --channel current=Current --channel voltage=Voltage --channel flow=Flow \\
+      --rate-hz 1 --learn 0..400
+  monitor-sim replay log.csv ... --inject current:+0.5@800 --inject speed:ramp+2@1200..1600
+      add faults to a healthy log: an offset from row 800 on, a ramp over rows 1200 to 1599
+
+Rows count from 0 (the first row under the header). Rows before and inside the learning window are not judged.
+Exit codes: 0 no fault, 1 a fault was reported, 2 the input or the command line was wrong.";
+
+/// Finds faults of a thruster motor: flies a simulated mission, replays a recorded log, tunes thresholds.
+///
+/// Without a command it flies the mission of the paper's figure 1 and prints its tables.
+#[derive(Debug, Parser)]
+#[command(version, about, after_help = EXAMPLES, args_conflicts_with_subcommands = true)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Option<Command>,
+    #[command(flatten)]
+    pub(crate) mission: MissionArgs,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Replay a recorded log: learn over a window, judge the rest
+    Replay(Box<ReplayArgs>),
+    /// Find thresholds for a motor by borderline fault-free and faulty runs
+    Tune(TuneArgs),
+    /// Print the default scenario, to be edited and given to --scenario
+    Scenario,
+}
+
+/// Which monitor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Mode {
+    /// The method of the paper, with fixed thresholds
+    Paper,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct MissionArgs {
+    /// Scenario file (TOML); the paper's figure 1 if none
+    #[arg(long, value_name = "FILE")]
+    pub(crate) scenario: Option<PathBuf>,
+    /// Thresholds file, as `tune` writes it; those of the default motor if none
+    #[arg(long, value_name = "FILE")]
+    pub(crate) limits: Option<PathBuf>,
+    /// Which monitor flies
+    #[arg(long, value_enum, default_value_t = Mode::Paper)]
+    pub(crate) mode: Mode,
+    /// How faults are introduced
+    #[arg(long, value_enum, default_value_t = Faults::Step)]
+    pub(crate) faults: Faults,
+    /// Seed of the sensor noise
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Directory for the page and the traces
+    #[arg(long, value_name = "DIR", default_value = "monitor-out")]
+    pub(crate) out: PathBuf,
+    /// Print one JSON document instead of tables
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = REPLAY_EXAMPLES)]
+pub(crate) struct ReplayArgs {
+    /// The log: comma, semicolon or tab separated
+    #[arg(value_name = "LOG.csv")]
+    pub(crate) log: PathBuf,
+    /// Column of the shaft speed: header name, or number from 1
+    #[arg(long, value_name = "COL", requires_all = ["current", "voltage"], required_unless_present = "channel")]
+    pub(crate) speed: Option<ColumnRef>,
+    /// Column of the armature current
+    #[arg(long, value_name = "COL", requires = "speed")]
+    pub(crate) current: Option<ColumnRef>,
+    /// Column of the armature voltage
+    #[arg(long, value_name = "COL", requires = "speed")]
+    pub(crate) voltage: Option<ColumnRef>,
+    /// Any other channel, three times: a name of yours and its column
+    #[arg(long, value_name = "NAME=COL", value_parser = named_column, conflicts_with_all = ["speed", "current", "voltage"])]
+    pub(crate) channel: Vec<(String, ColumnRef)>,
+    /// Column of the set point; without it the set point counts as constant
+    #[arg(long, value_name = "COL")]
+    pub(crate) set_point: Option<ColumnRef>,
+    /// Rows per second
+    #[arg(long, value_name = "R", allow_negative_numbers = true)]
+    pub(crate) rate_hz: f64,
+    /// Where to learn what healthy means: rows A..B, or seconds As..Bs
+    #[arg(long, value_name = "A..B")]
+    pub(crate) learn: RowWindow,
+    /// Add a fault to a channel: CHANNEL:+V@ROW, CHANNEL:ramp+V@ROW..ROW, CHANNEL:xG@ROW
+    #[arg(long, value_name = "FAULT")]
+    pub(crate) inject: Vec<Injection>,
+    /// Settling time after a change of the set point, s
+    #[arg(long, value_name = "S", default_value_t = 5.0, allow_negative_numbers = true)]
+    pub(crate) settle: f64,
+    /// Learning time after a change of the set point, s; the length of --learn if none
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pub(crate) relearn: Option<f64>,
+    /// Movement of the set point that is not a change, in its unit
+    #[arg(long, value_name = "X", default_value_t = 0.0, allow_negative_numbers = true)]
+    pub(crate) set_point_tolerance: f64,
+    /// Cutoff of the residuals' low-pass, Hz; 1, or a twentieth of the rate if that is less, if none
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
+    pub(crate) cutoff_hz: Option<f64>,
+    /// Threshold over the largest residual of the learning window
+    #[arg(long, value_name = "X", default_value_t = 1.5, allow_negative_numbers = true)]
+    pub(crate) margin: f64,
+    /// Thresholds file, as `tune` writes it, instead of limits from the learning window
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["margin", "cutoff_hz"])]
+    pub(crate) limits: Option<PathBuf>,
+    /// What separates the columns: `,` `;` `tab`; found by itself if none
+    #[arg(long, value_name = "CHAR")]
+    pub(crate) delimiter: Option<Delimiter>,
+    /// Which monitor judges
+    #[arg(long, value_enum, default_value_t = Mode::Paper)]
+    pub(crate) mode: Mode,
+    /// Directory for the page and the trace
+    #[arg(long, value_name = "DIR", default_value = "monitor-out")]
+    pub(crate) out: PathBuf,
+    /// Print one JSON document instead of tables
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct TuneArgs {
+    /// Scenario file (TOML); the paper's figure 1 if none
+    #[arg(long, value_name = "FILE")]
+    pub(crate) scenario: Option<PathBuf>,
+    /// Runs of each kind: to set the thresholds, and again to check them
+    #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    pub(crate) runs: u64,
+    /// Seed of the first run
+    #[arg(long, default_value_t = 1000)]
+    pub(crate) seed: u64,
+    /// Threshold over the largest fault-free residual
+    #[arg(long, default_value_t = 1.5, value_parser = positive)]
+    pub(crate) margin: f64,
+    /// Size of the borderline faults, as a share of the scenario's
+    #[arg(long, default_value_t = 0.25, value_parser = positive)]
+    pub(crate) borderline: f64,
+    /// Write the thresholds to this file, for --limits; print them if none
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+    /// Print one JSON document instead of tables
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+fn named_column(text: &str) -> Result<(String, ColumnRef), String> {
+    let parts = text.split_once('=').map(|(name, column)| (name.trim(), column.trim()));
+    match parts {
+        Some((name, column)) if !name.is_empty() => Ok((name.to_owned(), column.parse().map_err(|e| format!("{e}"))?)),
+        _ => Err("write NAME=COL, for example `flow=Volume Flow`".to_owned()),
+    }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
+        _ => Err("a number above zero is needed".to_owned()),
+    }
+}

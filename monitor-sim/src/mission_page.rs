@@ -1,0 +1,203 @@
+//! The page of a mission: the counterparts of the paper's figures 1, 5, 6, 7, 8, 10 and 11, and its tables.
+
+use monitor_core::sample::ModelId;
+
+use crate::chart::{
+    Band, BarGroup, ChartError, LogicRow, Picture, Series, TimeAxis, TimeChart, bar_chart, in_seconds, logic_chart,
+    time_chart,
+};
+use crate::envelope::Envelope;
+use crate::mission::{Faults, Flight, Flights, Mission, MissionReport};
+use crate::names::{ByModel, ChannelNames, located};
+use crate::page::{Block, Page, Section};
+use crate::scenario::Scenario;
+use crate::score::Method;
+use crate::tables::{self, TextTable};
+
+/// Names and units of the motor's channels.
+const CHANNEL_LABELS: [&str; 3] = ["speed, rad/s", "current, A", "voltage, V"];
+
+/// Instants at which the value of a fault is drawn.
+const SCHEDULE_POINTS: u32 = 2000;
+
+/// The page of a mission.
+///
+/// # Errors
+/// [`ChartError`] when a picture cannot be drawn.
+pub fn page(mission: &Mission, flights: &Flights, report: &MissionReport) -> Result<String, ChartError> {
+    let names = ChannelNames::motor();
+    let table_2: Vec<_> = report.faults.iter().filter(|f| f.method == Method::Ppca).collect();
+    let right = table_2.iter().filter(|f| f.located.as_deref() == Some(&f.id)).count();
+    let summary = format!(
+        "{right} of {} faults located right, {} false alarms; {:.0} s at {:.0} Hz with {} faults, seed {}, {} mode.",
+        table_2.len(),
+        report.false_alarms,
+        mission.scenario.duration_s,
+        report.rate_hz,
+        if report.fault_profile == Faults::Step { "step" } else { "ramp" },
+        report.seed,
+        report.mode,
+    );
+    let configuration = toml::to_string(&flights.tables.scenario).unwrap_or_default();
+    let thresholds = mission.settings.to_toml().unwrap_or_default();
+    let sections = vec![
+        section("Tables", tables_of(report)),
+        section("Scenario (figure 1)", vec![scenario_figure(&flights.tables)?, signals(&flights.tables)?]),
+        section("Principal components (figures 5 and 8)", vec![components(&report.explained, &names)?]),
+        section("PCA: residual and detection (figures 6 and 7)", vec![full_model(&flights.tables, report)?]),
+        section("PPCA: residuals and localization (figures 10 and 11)", vec![pairs(&flights.tables, report, &names)?]),
+        section("Growing faults (the second figure 11)", vec![growing(&flights.ramps, report, &names)?]),
+        section(
+            "Where the truth table fails",
+            vec![
+                Block::Paragraph(
+                    "The same mission with a load that grows with speed. A drift of the speed sensor changes the true \
+                     speed, so the load, so the current: all three pairs move, and (1.8) reads that as fault 1."
+                        .to_owned(),
+                ),
+                pairs(&flights.speed_dependent, report, &names)?,
+            ],
+        ),
+        section(
+            "Configuration",
+            vec![
+                Block::Verbatim { caption: "Scenario".to_owned(), text: configuration },
+                Block::Verbatim { caption: "Thresholds".to_owned(), text: thresholds },
+            ],
+        ),
+    ];
+    let title = format!("Thruster fault monitor: mission \"{}\"", mission.scenario.name);
+    let footer = format!("monitor-sim {}. A simulated motor; nothing here ran on silicon.", env!("CARGO_PKG_VERSION"));
+    Ok(Page { title, summary, sections, footer }.to_html())
+}
+
+fn section(heading: &str, blocks: Vec<Block>) -> Section {
+    Section { heading: heading.to_owned(), blocks }
+}
+
+fn tables_of(report: &MissionReport) -> Vec<Block> {
+    tables::of_mission(report).into_iter().map(TextTable::into_block).collect()
+}
+
+fn axis(scenario: &Scenario) -> TimeAxis {
+    let bands = scenario.faults.iter().map(|f| Band { from: f.start_s, to: f.end_s, label: f.id.clone() }).collect();
+    TimeAxis { range: (0.0, scenario.duration_s), bands }
+}
+
+/// Figure 1: the value of each fault over time, in its unit.
+fn scenario_figure(flight: &Flight) -> Result<Block, ChartError> {
+    let scenario = &flight.scenario;
+    let mut pictures = Vec::new();
+    for fault in &scenario.faults {
+        let mut value = Envelope::default();
+        for k in 0..=SCHEDULE_POINTS {
+            let t_s = scenario.duration_s * f64::from(k) / f64::from(SCHEDULE_POINTS);
+            value.push(t_s, fault.value(t_s));
+        }
+        let y_label = format!("{}, {}", fault.id, fault.unit());
+        let series = vec![Series { name: &fault.name, signal: &value }];
+        let mut picture =
+            time_chart(&TimeChart { y_label: &y_label, log_y: false, series, limits: vec![] }, &axis(scenario))?;
+        picture.legend.retain(|(_, name)| name == "true fault");
+        pictures.push(picture);
+    }
+    Ok(Block::Figure { caption: "What is injected, and when: one picture a fault.".to_owned(), pictures })
+}
+
+fn signals(flight: &Flight) -> Result<Block, ChartError> {
+    let recording = &flight.recording;
+    let mut pictures = Vec::new();
+    for (k, (label, signal)) in CHANNEL_LABELS.iter().zip(&recording.channels).enumerate() {
+        let mut series = vec![Series { name: "measured", signal }];
+        if k == 0 {
+            series.push(Series { name: "set point", signal: &recording.set_point });
+        }
+        pictures.push(time_chart(
+            &TimeChart { y_label: label, log_y: false, series, limits: vec![] },
+            &axis(&flight.scenario),
+        )?);
+    }
+    Ok(Block::Figure { caption: "What the monitor is given: the three measured channels.".to_owned(), pictures })
+}
+
+/// Figures 5 and 8.
+///
+/// # Errors
+/// [`ChartError`] when the picture cannot be drawn.
+pub fn components(explained: &ByModel<Vec<f64>>, names: &ChannelNames) -> Result<Block, ChartError> {
+    let group = |model: &ModelId| BarGroup {
+        name: names.model(*model),
+        values: explained.get(*model).iter().map(|share| 100.0 * share).collect(),
+    };
+    let groups: Vec<BarGroup> = ModelId::ALL.iter().map(group).collect();
+    let caption =
+        "Share of the variance that each principal component explains (1.3): all channels, then the three pairs.";
+    let picture = bar_chart(&groups, "explained variance, %", ("80 % criterion (cumulative)", 80.0))?;
+    Ok(Block::Figure { caption: caption.to_owned(), pictures: vec![picture] })
+}
+
+fn full_model(flight: &Flight, report: &MissionReport) -> Result<Block, ChartError> {
+    let recording = &flight.recording;
+    let chart = TimeChart {
+        y_label: "T², 1",
+        log_y: true,
+        series: vec![Series { name: "smoothed T² of all channels", signal: &recording.residuals.full }],
+        limits: vec![(format!("threshold {}", report.limits.full), report.limits.full)],
+    };
+    let up = in_seconds(&recording.outputs.relays.full.all(), report.rate_hz);
+    let rows = [LogicRow { name: "fault detected".to_owned(), intervals: up }];
+    let axis = axis(&flight.scenario);
+    let caption = "The residual of the full model with its threshold, and the relay's output under it.";
+    Ok(Block::Figure {
+        caption: caption.to_owned(),
+        pictures: vec![time_chart(&chart, &axis)?, logic_chart(&rows, &axis)?],
+    })
+}
+
+fn pairs(flight: &Flight, report: &MissionReport, names: &ChannelNames) -> Result<Block, ChartError> {
+    let axis = axis(&flight.scenario);
+    let pictures = pair_pictures(&flight.recording, &report.limits, names, report.rate_hz, &axis)?;
+    let caption = "The residuals of the three pairs with their thresholds; under them the relays r1 to r3 and what (1.8) makes of them.";
+    Ok(Block::Figure { caption: caption.to_owned(), pictures })
+}
+
+fn growing(flight: &Flight, report: &MissionReport, names: &ChannelNames) -> Result<Block, ChartError> {
+    let axis = axis(&flight.scenario);
+    let pictures = pair_pictures(&flight.recording, &report.limits, names, report.rate_hz, &axis)?;
+    let caption = "Every fault grows linearly over its interval; the same residuals and outputs.";
+    Ok(Block::Figure { caption: caption.to_owned(), pictures })
+}
+
+/// The residuals of the pairs, the relays, and the located faults.
+///
+/// # Errors
+/// [`ChartError`] when a picture cannot be drawn.
+pub fn pair_pictures(
+    recording: &crate::record::Recording,
+    limits: &ByModel<f64>,
+    names: &ChannelNames,
+    rate_hz: f64,
+    axis: &TimeAxis,
+) -> Result<Vec<Picture>, ChartError> {
+    let pair_models = ModelId::ALL.into_iter().filter(|model| *model != ModelId::Full);
+    let named: Vec<(ModelId, String)> =
+        pair_models.zip(1..).map(|(model, k)| (model, format!("r{k} {}", names.model(model)))).collect();
+    let mut pictures = Vec::new();
+    for (model, name) in &named {
+        let limit = *limits.get(*model);
+        let series = vec![Series { name, signal: recording.residuals.get(*model) }];
+        let label = format!("{}: T², 1", name.split(' ').next().unwrap_or_default());
+        let chart = TimeChart { y_label: &label, log_y: true, series, limits: vec![("threshold".to_owned(), limit)] };
+        let mut picture = time_chart(&chart, axis)?;
+        picture.legend.retain(|(swatch, _)| !matches!(swatch, crate::chart::Swatch::Series(_)));
+        pictures.push(picture);
+    }
+    let relays = named.iter().map(|(model, name)| (name.clone(), recording.outputs.relays.get(*model)));
+    let diagnoses = recording.outputs.diagnoses.iter().map(|(id, stood)| (located(id), stood));
+    let rows: Vec<LogicRow> = relays
+        .chain(diagnoses)
+        .map(|(name, stood)| LogicRow { name, intervals: in_seconds(&stood.all(), rate_hz) })
+        .collect();
+    pictures.push(logic_chart(&rows, axis)?);
+    Ok(pictures)
+}

@@ -1,0 +1,150 @@
+//! Files that are whole or not there: written beside their place, then moved into it.
+
+use std::fs;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
+
+/// Why something could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum OutputError {
+    /// The directory cannot be made or written to.
+    #[error("cannot write to directory '{}': {source}; choose another with --out DIR", path.display())]
+    Directory {
+        /// The directory.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A file cannot be written.
+    #[error("cannot write '{}': {source}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+}
+
+/// A directory that exists and takes files.
+#[derive(Clone, Debug)]
+pub struct OutputDir(PathBuf);
+
+impl OutputDir {
+    /// Makes the directory if need be, and tries whether it takes a file, so that a long run does not find out at its
+    /// end.
+    ///
+    /// # Errors
+    /// [`OutputError::Directory`] when it does not.
+    pub fn prepare(path: &Path) -> Result<Self, OutputError> {
+        let failed = |source| OutputError::Directory { path: path.to_owned(), source };
+        fs::create_dir_all(path).map_err(failed)?;
+        NamedTempFile::new_in(path).map_err(failed)?;
+        Ok(OutputDir(path.to_owned()))
+    }
+
+    /// Begins a file.
+    ///
+    /// # Errors
+    /// [`OutputError::File`] when the system refuses.
+    pub fn create(&self, name: &str) -> Result<PendingFile, OutputError> {
+        PendingFile::create(&self.0.join(name))
+    }
+
+    /// Writes a whole file and returns where it is.
+    ///
+    /// # Errors
+    /// [`OutputError::File`] when the system refuses.
+    pub fn write(&self, name: &str, text: &str) -> Result<PathBuf, OutputError> {
+        let mut file = self.create(name)?;
+        file.write_all(text.as_bytes()).map_err(|source| file.failed(source))?;
+        file.finish()
+    }
+}
+
+/// A file that appears under its name only when it is finished.
+#[derive(Debug)]
+pub struct PendingFile {
+    path: PathBuf,
+    writer: BufWriter<NamedTempFile>,
+}
+
+impl PendingFile {
+    /// Begins a file at `path`.
+    ///
+    /// # Errors
+    /// [`OutputError::File`] when the system refuses.
+    pub fn create(path: &Path) -> Result<Self, OutputError> {
+        let directory = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        match NamedTempFile::new_in(directory) {
+            Ok(file) => Ok(PendingFile { path: path.to_owned(), writer: BufWriter::with_capacity(1 << 16, file) }),
+            Err(source) => Err(OutputError::File { path: path.to_owned(), source }),
+        }
+    }
+
+    /// The error for something that went wrong while writing this file.
+    #[must_use]
+    pub fn failed(&self, source: std::io::Error) -> OutputError {
+        OutputError::File { path: self.path.clone(), source }
+    }
+
+    /// Moves the file into its place and returns it.
+    ///
+    /// # Errors
+    /// [`OutputError::File`] when the system refuses.
+    pub fn finish(self) -> Result<PathBuf, OutputError> {
+        let PendingFile { path, writer } = self;
+        let failed = |source| OutputError::File { path: path.clone(), source };
+        let file = writer.into_inner().map_err(|e| failed(e.into_error()))?;
+        make_readable(file.as_file()).map_err(failed)?;
+        file.persist(&path).map_err(|e| failed(e.error))?;
+        Ok(path)
+    }
+}
+
+/// A temporary file is readable by its owner alone; a result should be readable as any other file is.
+#[cfg(unix)]
+fn make_readable(file: &fs::File) -> std::io::Result<()> {
+    use std::os::unix::fs::PermissionsExt;
+    file.set_permissions(fs::Permissions::from_mode(0o644))
+}
+
+#[cfg(not(unix))]
+fn make_readable(_: &fs::File) -> std::io::Result<()> {
+    Ok(())
+}
+
+impl Write for PendingFile {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.writer.write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.writer.flush()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_that_is_dropped_before_it_is_finished_leaves_nothing_behind() {
+        let dir = tempfile::tempdir().unwrap();
+        let out = OutputDir::prepare(&dir.path().join("a/b")).unwrap();
+        let mut pending = out.create("half.csv").unwrap();
+        pending.write_all(b"1,2,3").unwrap();
+        drop(pending);
+        assert_eq!(fs::read_dir(dir.path().join("a/b")).unwrap().count(), 0);
+        let path = out.write("whole.csv", "1,2\n").unwrap();
+        assert_eq!(fs::read_to_string(path).unwrap(), "1,2\n");
+    }
+
+    #[test]
+    fn a_directory_that_is_a_file_is_refused_with_its_name_and_the_remedy() {
+        let file = NamedTempFile::new().unwrap();
+        let message = OutputDir::prepare(file.path()).unwrap_err().to_string();
+        assert!(message.contains("--out DIR") && message.contains(file.path().to_str().unwrap()), "{message}");
+    }
+}

@@ -1,0 +1,225 @@
+//! One self-contained HTML page: no network, no script, readable in a light and a dark theme, on a phone and on paper.
+
+use std::fmt::Write as _;
+
+use crate::chart::{Picture, STYLE};
+
+/// A page, from its summary line down.
+#[derive(Clone, Debug, Default)]
+pub struct Page {
+    /// Title.
+    pub title: String,
+    /// What came out, in one sentence.
+    pub summary: String,
+    /// The sections, in order.
+    pub sections: Vec<Section>,
+    /// Version and configuration, at the foot.
+    pub footer: String,
+}
+
+/// A section of a page.
+#[derive(Clone, Debug)]
+pub struct Section {
+    /// Heading.
+    pub heading: String,
+    /// What it holds.
+    pub blocks: Vec<Block>,
+}
+
+/// A piece of a section.
+#[derive(Clone, Debug)]
+pub enum Block {
+    /// Text.
+    Paragraph(String),
+    /// A table.
+    Table {
+        /// What it shows.
+        caption: String,
+        /// Names of the columns.
+        header: Vec<String>,
+        /// Its cells. The first cell of a row names it.
+        rows: Vec<Vec<String>>,
+    },
+    /// Pictures over the same time axis, one under the other.
+    Figure {
+        /// What they show.
+        caption: String,
+        /// The pictures.
+        pictures: Vec<Picture>,
+    },
+    /// Text as it is, such as a configuration.
+    Verbatim {
+        /// What it is.
+        caption: String,
+        /// The text.
+        text: String,
+    },
+}
+
+const LAYOUT: &str = r#"
+*{box-sizing:border-box}
+:root{color-scheme:light dark;--page:#fff;--soft:#f4f6f8;--muted:#51606f;--link:#005a9c}
+@media(prefers-color-scheme:dark){:root{--page:#12181f;--soft:#1b242d;--muted:#a4b2c0;--link:#7cc4ff}}
+body{margin:0 auto;padding:1.5rem clamp(1rem,4vw,3rem) 3rem;max-width:82rem;background:var(--page);color:var(--ink);font:16px/1.5 system-ui,-apple-system,"Segoe UI",Roboto,sans-serif}
+h1{font-size:1.6rem;line-height:1.25;margin:0 0 .5rem}h2{font-size:1.2rem;margin:2.5rem 0 .75rem;padding-top:.5rem;border-top:1px solid var(--grid)}
+.summary{font-size:1.1rem;margin:.25rem 0 1rem}
+nav ul{display:flex;flex-wrap:wrap;gap:.25rem 1.25rem;list-style:none;margin:0;padding:0}
+a{color:var(--link)}a:focus-visible,summary:focus-visible,.scroll:focus-visible{outline:3px solid var(--link);outline-offset:2px}
+figure{margin:1.25rem 0}figcaption,caption{text-align:left;color:var(--muted);margin-bottom:.4rem;font-size:.95rem}
+.scroll{overflow-x:auto}.scroll svg{display:block;width:100%;min-width:640px;height:auto}
+svg text{font-family:system-ui,-apple-system,"Segoe UI",Roboto,sans-serif}
+.legend{display:flex;flex-wrap:wrap;gap:.2rem 1.25rem;list-style:none;margin:.2rem 0;padding:0;font-size:.9rem}
+.legend i{display:inline-block;width:1.4rem;height:.7rem;margin-right:.45rem;vertical-align:baseline;border-radius:2px}
+.legend i.limit{height:0;border-top:3px dashed var(--limit);background:none;vertical-align:middle}.legend i.band{opacity:.35}
+table{border-collapse:collapse;font-variant-numeric:tabular-nums;font-size:.95rem}
+th,td{padding:.35rem .8rem;text-align:right;border-bottom:1px solid var(--grid);white-space:nowrap}
+th:first-child,td:first-child{text-align:left}thead th{border-bottom:2px solid var(--muted)}
+pre{background:var(--soft);padding:1rem;overflow-x:auto;font-size:.85rem;line-height:1.4}
+footer{margin-top:3rem;color:var(--muted);font-size:.9rem}
+@media print{body{max-width:none;padding:0;font-size:11pt}nav,details{display:none}figure,table{break-inside:avoid}.scroll{overflow:visible}.scroll svg{min-width:0}}
+"#;
+
+impl Page {
+    /// The page as HTML.
+    #[must_use]
+    pub fn to_html(&self) -> String {
+        let mut html = String::with_capacity(1 << 20);
+        let title = escaped(&self.title);
+        let _ = write!(
+            html,
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+             <meta name=\"color-scheme\" content=\"light dark\">\n<title>{title}</title>\n\
+             <style>{STYLE}{LAYOUT}</style>\n</head>\n<body>\n<header>\n<h1>{title}</h1>\n<p class=\"summary\">{}</p>\n",
+            escaped(&self.summary)
+        );
+        html.push_str("<nav aria-label=\"Sections\"><ul>\n");
+        for (k, section) in self.sections.iter().enumerate() {
+            let _ = writeln!(html, "<li><a href=\"#s{k}\">{}</a></li>", escaped(&section.heading));
+        }
+        html.push_str("</ul></nav>\n</header>\n<main>\n");
+        for (k, section) in self.sections.iter().enumerate() {
+            let _ = writeln!(html, "<section id=\"s{k}\">\n<h2>{}</h2>", escaped(&section.heading));
+            section.blocks.iter().for_each(|block| block.write(&mut html));
+            html.push_str("</section>\n");
+        }
+        let _ = write!(html, "</main>\n<footer>{}</footer>\n</body>\n</html>\n", escaped(&self.footer));
+        html
+    }
+}
+
+impl Block {
+    fn write(&self, html: &mut String) {
+        match self {
+            Block::Paragraph(text) => {
+                let _ = writeln!(html, "<p>{}</p>", escaped(text));
+            }
+            Block::Table { caption, header, rows } => write_table(html, caption, header, rows),
+            Block::Figure { caption, pictures } => write_figure(html, caption, pictures),
+            Block::Verbatim { caption, text } => {
+                let (caption, text) = (escaped(caption), escaped(text));
+                let _ = writeln!(html, "<details><summary>{caption}</summary><pre>{text}</pre></details>");
+            }
+        }
+    }
+}
+
+fn write_table(html: &mut String, caption: &str, header: &[String], rows: &[Vec<String>]) {
+    let caption = escaped(caption);
+    let _ = write!(
+        html,
+        "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"{caption}\">\n<table>\n<caption>{caption}</caption>\n<thead><tr>"
+    );
+    for cell in header {
+        let _ = write!(html, "<th scope=\"col\">{}</th>", escaped(cell));
+    }
+    html.push_str("</tr></thead>\n<tbody>\n");
+    for row in rows {
+        html.push_str("<tr>");
+        for (k, cell) in row.iter().enumerate() {
+            let (open, close) = if k == 0 { ("th scope=\"row\"", "th") } else { ("td", "td") };
+            let _ = write!(html, "<{open}>{}</{close}>", escaped(cell));
+        }
+        html.push_str("</tr>\n");
+    }
+    html.push_str("</tbody>\n</table>\n</div>\n");
+}
+
+fn write_figure(html: &mut String, caption: &str, pictures: &[Picture]) {
+    let caption = escaped(caption);
+    let _ = writeln!(html, "<figure>\n<figcaption>{caption}</figcaption>");
+    let legend = pictures.iter().flat_map(|p| &p.legend);
+    let mut seen = Vec::new();
+    html.push_str("<ul class=\"legend\">");
+    for (swatch, name) in legend {
+        if seen.contains(&(*swatch, name)) {
+            continue;
+        }
+        seen.push((*swatch, name));
+        let class = match swatch {
+            crate::chart::Swatch::Limit => " class=\"limit\"",
+            crate::chart::Swatch::Band => " class=\"band\"",
+            crate::chart::Swatch::Series(_) => "",
+        };
+        let _ = write!(html, "<li><i{class} style=\"background:{}\"></i>{}</li>", swatch.colour(), escaped(name));
+    }
+    html.push_str("</ul>\n");
+    let _ = writeln!(html, "<div class=\"scroll\" tabindex=\"0\" role=\"img\" aria-label=\"{caption}\">");
+    for picture in pictures {
+        html.push_str(&picture.svg);
+        html.push('\n');
+    }
+    html.push_str("</div>\n</figure>\n");
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::chart::Swatch;
+
+    fn page() -> String {
+        let picture = Picture { svg: "<svg></svg>".to_owned(), legend: vec![(Swatch::Limit, "threshold".to_owned())] };
+        let table = Block::Table {
+            caption: "Table 1".to_owned(),
+            header: vec!["fault".to_owned(), "at, s".to_owned()],
+            rows: vec![vec!["<F1>".to_owned(), "20.02".to_owned()]],
+        };
+        let figure = Block::Figure { caption: "Figure 6".to_owned(), pictures: vec![picture.clone(), picture] };
+        let section = Section { heading: "Results & tables".to_owned(), blocks: vec![table, figure] };
+        Page { title: "Mission \"x\"".to_owned(), sections: vec![section], ..Page::default() }.to_html()
+    }
+
+    #[test]
+    fn text_is_escaped_wherever_it_stands() {
+        let html = page();
+        assert!(
+            html.contains("&lt;F1&gt;")
+                && html.contains("Results &amp; tables")
+                && html.contains("Mission &quot;x&quot;")
+        );
+        assert!(!html.contains("<F1>"));
+    }
+
+    #[test]
+    fn the_page_needs_nothing_from_outside() {
+        let html = page();
+        for outside in ["http", "src=", "<script", "@import", "url("] {
+            assert!(!html.contains(outside), "{outside}");
+        }
+    }
+
+    #[test]
+    fn a_legend_names_each_entry_once_for_all_pictures_of_a_figure() {
+        assert_eq!(page().matches("threshold").count(), 1);
+    }
+
+    #[test]
+    fn sections_can_be_reached_from_the_top() {
+        let html = page();
+        assert!(html.contains("href=\"#s0\"") && html.contains("id=\"s0\""));
+    }
+}

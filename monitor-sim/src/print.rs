@@ -1,0 +1,111 @@
+//! Results for people at a terminal.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use comfy_table::{CellAlignment, Table};
+use monitor_sim::mission::{Faults, Mission, MissionReport};
+use monitor_sim::replay::{ReplayReport, Replayed};
+use monitor_sim::score::Method;
+use monitor_sim::tables::{self, TextTable};
+use monitor_sim::tune::{Tune, TuneReport};
+
+/// More alarms than this are counted, not listed; JSON has them all.
+const LISTED_ALARMS: usize = 20;
+
+/// A line under the header and one at the end: numbers need no boxes.
+const STYLE: &str = "     ──            ";
+
+/// The tables of a mission.
+pub(crate) fn mission(mission: &Mission, report: &MissionReport) -> String {
+    let mut text = format!(
+        "Mission \"{}\": {:.0} s at {:.0} Hz, {} faults, seed {}, {} mode\n\n",
+        report.scenario,
+        mission.scenario.duration_s,
+        report.rate_hz,
+        if report.fault_profile == Faults::Step { "step" } else { "ramp" },
+        report.seed,
+        report.mode,
+    );
+    tables::of_mission(report).into_iter().for_each(|table| text += &shown(table));
+    let located: Vec<bool> = report
+        .faults
+        .iter()
+        .filter(|f| f.method == Method::Ppca)
+        .map(|f| f.located.as_deref() == Some(&f.id))
+        .collect();
+    let right = located.iter().filter(|right| **right).count();
+    let _ = writeln!(text, "Located right: {right} of {}. False alarms: {}.", located.len(), report.false_alarms);
+    let _ = writeln!(
+        text,
+        "Three flights, {} samples, in {:.2} s. The monitor takes {} bytes.",
+        report.samples, report.wall_s, report.monitor_bytes
+    );
+    text + &written(&report.files)
+}
+
+/// The tables of a replay.
+pub(crate) fn replay(replayed: &Replayed) -> String {
+    let Replayed { report, names, .. } = replayed;
+    let ReplayReport { learned, alarms, .. } = report;
+    let mut text = format!("Replay of {}: {} rows at {} Hz\n\n", report.log.display(), report.samples, report.rate_hz);
+    text += &shown(tables::learned(learned, names));
+    text += &shown(tables::components(&learned.quality.explained, &learned.quality.retained, names));
+    for remark in replayed.remarks() {
+        let _ = writeln!(text, "{remark}");
+    }
+    let _ = writeln!(text, "{}\n", replayed.coverage());
+    if alarms.is_empty() {
+        text += "No fault found.\n";
+    } else {
+        text += &shown(tables::alarms(alarms, names, LISTED_ALARMS));
+        let more = alarms.len().saturating_sub(LISTED_ALARMS);
+        if more > 0 {
+            let _ = writeln!(text, "and {more} more; --json lists them all");
+        }
+    }
+    text + &written(&report.files)
+}
+
+/// The trade-off and the thresholds that tuning found.
+pub(crate) fn tune(tune: &Tune, report: &TuneReport, settings: &str, file: Option<&Path>) -> String {
+    let mut text = format!(
+        "Thresholds for \"{}\": {} fault-free missions, {} with faults of {:.0} % size, and as many to check, in {:.1} s\n\n",
+        tune.scenario.name,
+        tune.runs,
+        tune.runs,
+        100.0 * tune.borderline_size,
+        report.wall_s
+    );
+    text += &shown(tables::thresholds(report));
+    text += &shown(tables::sweep(report, tune.margin));
+    for model in &report.not_separated {
+        let _ = writeln!(
+            text,
+            "warning: under a borderline fault the residual of {model} does not stay above its threshold"
+        );
+    }
+    match file {
+        Some(path) => {
+            let _ = writeln!(text, "Written: {} (use it with --limits)", path.display());
+        }
+        None => text += settings,
+    }
+    text
+}
+
+fn shown(table: TextTable) -> String {
+    let mut drawn = Table::new();
+    drawn.load_style(STYLE);
+    drawn.set_header(&table.header);
+    drawn.add_rows(&table.rows);
+    for column in drawn.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    format!("{}\n{drawn}\n\n", table.caption)
+}
+
+fn written(files: &[PathBuf]) -> String {
+    let listed: Vec<String> = files.iter().map(|path| path.display().to_string()).collect();
+    format!("Written: {}\n", listed.join(", "))
+}

@@ -1,0 +1,224 @@
+//! Results as tables of text, for the terminal and for the page alike.
+
+use monitor_core::sample::ModelId;
+
+use crate::mission::MissionReport;
+use crate::names::{ByModel, ChannelNames, located};
+use crate::page::Block;
+use crate::paper::{self, PaperRow, RAMP_VALUES, TABLE_1, TABLE_2};
+use crate::replay::{Alarm, Learned};
+use crate::score::{FaultScore, Method};
+use crate::settings::FoundBy;
+use crate::tune::{SweepRow, TuneReport};
+
+/// A table of text. The first column names its rows.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TextTable {
+    /// What it shows.
+    pub caption: String,
+    /// Names of the columns.
+    pub header: Vec<String>,
+    /// Its cells.
+    pub rows: Vec<Vec<String>>,
+}
+
+impl TextTable {
+    fn new<'a>(caption: impl Into<String>, header: impl IntoIterator<Item = &'a str>) -> Self {
+        TextTable { caption: caption.into(), header: header.into_iter().map(str::to_owned).collect(), rows: Vec::new() }
+    }
+
+    fn with_rows<const N: usize>(mut self, rows: impl IntoIterator<Item = [String; N]>) -> Self {
+        self.rows.extend(rows.into_iter().map(Vec::from));
+        self
+    }
+
+    /// The table as a piece of a page.
+    #[must_use]
+    pub fn into_block(self) -> Block {
+        Block::Table { caption: self.caption, header: self.header, rows: self.rows }
+    }
+}
+
+/// The tables of a mission, in the paper's order.
+#[must_use]
+pub fn of_mission(report: &MissionReport) -> Vec<TextTable> {
+    let rows = |method| report.faults.iter().filter(move |f| f.method == method);
+    vec![
+        components(&report.explained, &report.retained, &ChannelNames::motor()),
+        table_1(rows(Method::Pca)),
+        table_2("Table 2. PPCA: times in s, the paper's Table 2 in brackets", rows(Method::Ppca), true),
+        ramps(report),
+        table_2(
+            "Table 2 again, with a load that grows with speed: there the paper's truth table takes F2 for F1",
+            report.speed_dependent_load.iter(),
+            false,
+        ),
+    ]
+}
+
+/// Figures 5 and 8 as a table.
+#[must_use]
+pub fn components(explained: &ByModel<Vec<f64>>, retained: &ByModel<usize>, names: &ChannelNames) -> TextTable {
+    let header = ["", "PC 1", "PC 2", "PC 3", "retained"];
+    let row = |model| {
+        let share = |k: usize| explained.get(model).get(k).map_or_else(String::new, |e| format!("{:.1}", 100.0 * e));
+        [names.model(model), share(0), share(1), share(2), retained.get(model).to_string()]
+    };
+    TextTable::new("Explained variance of each principal component, %", header).with_rows(ModelId::ALL.map(row))
+}
+
+fn table_1<'a>(rows: impl Iterator<Item = &'a FaultScore>) -> TextTable {
+    let row = |row: &FaultScore| {
+        let paper = paper::counterpart(&TABLE_1, &row.id, row.start_s);
+        [located(&row.id), time(row.start_s), detected(row, paper), time(row.end_s), cleared(row, paper)]
+    };
+    let caption = "Table 1. PCA: times in s, the paper's Table 1 in brackets";
+    TextTable::new(caption, ["", "START", "DETECTED", "END", "DETECT. END"]).with_rows(rows.map(row))
+}
+
+fn table_2<'a>(caption: &str, rows: impl Iterator<Item = &'a FaultScore>, beside_paper: bool) -> TextTable {
+    let header = ["", "START", "DETECTED", "END", "DETECT. END", "LOCATED AS", "RIGHT FROM", "RIGHT FOR"];
+    let row = |row: &FaultScore| {
+        let paper = paper::counterpart(&TABLE_2, &row.id, row.start_s).filter(|_| beside_paper);
+        [
+            located(&row.id),
+            time(row.start_s),
+            detected(row, paper),
+            time(row.end_s),
+            cleared(row, paper),
+            row.located.as_deref().map_or_else(|| "-".to_owned(), located),
+            row.located_s.map_or_else(|| "never".to_owned(), time),
+            format!("{:.1} %", 100.0 * row.located_share.unwrap_or_default()),
+        ]
+    };
+    TextTable::new(caption, header).with_rows(rows.map(row))
+}
+
+fn detected(row: &FaultScore, paper: Option<PaperRow>) -> String {
+    beside(row.detected_s, "missed", paper.map(|p| p.detected_s))
+}
+
+fn cleared(row: &FaultScore, paper: Option<PaperRow>) -> String {
+    let never = if row.detected_s.is_some() { "not cleared" } else { "-" };
+    beside(row.cleared_s, never, paper.map(|p| p.cleared_s))
+}
+
+fn beside(ours: Option<f64>, absent: &str, paper: Option<f64>) -> String {
+    let ours = ours.map_or_else(|| absent.to_owned(), time);
+    paper.map_or_else(|| ours.clone(), |paper| format!("{ours} ({paper:.2})"))
+}
+
+fn ramps(report: &MissionReport) -> TextTable {
+    let row = |row: &crate::mission::RampRow| {
+        let value = |v: Option<f64>| v.map_or_else(|| "missed".to_owned(), significant);
+        let paper = RAMP_VALUES.iter().find(|(id, _)| *id == row.id).map_or_else(String::new, |(_, v)| v.to_string());
+        let [ppca, pca] = [row.value_at_detection, row.value_at_detection_pca].map(value);
+        [located(&row.id), ppca, pca, significant(row.amplitude), row.unit.to_owned(), paper]
+    };
+    let caption = "Ramps: value of the fault when it is detected (the paper, III.C, gives no units)";
+    TextTable::new(caption, ["", "PPCA", "PCA", "full size", "unit", "the paper"])
+        .with_rows(report.ramp.iter().map(row))
+}
+
+/// What a replay learned of each channel.
+#[must_use]
+pub fn learned(learned: &Learned, names: &ChannelNames) -> TextTable {
+    let caption = format!("Learned from {} samples, rows {} to {}", learned.n, learned.start_row, learned.end_row - 1);
+    let quality = &learned.quality;
+    let values =
+        learned.mean.iter().zip(learned.sigma).zip(quality.half_shift_sigma).zip(quality.largest_deviation_sigma);
+    let rows = names.0.iter().zip(values).map(|(name, (((mean, sigma), shift), furthest))| {
+        [name.clone(), significant(*mean), significant(sigma), format!("{shift:+.2}"), format!("{furthest:.1}")]
+    });
+    TextTable::new(caption, ["", "mean", "sigma", "shift, sigma", "furthest, sigma"]).with_rows(rows)
+}
+
+/// The first `most` alarms of a replay.
+#[must_use]
+pub fn alarms(alarms: &[Alarm], names: &ChannelNames, most: usize) -> TextTable {
+    let [a, b, c] = names.0.each_ref().map(|name| format!("{name}, %"));
+    let caption = format!("Alarms: {} (with the share of each channel in T2 at the peak)", alarms.len());
+    let header = ["rows", "seconds", "located as", "peak / limit", &a, &b, &c];
+    let row = |alarm: &Alarm| {
+        let end = if alarm.ongoing { "end".to_owned() } else { alarm.end_row.to_string() };
+        let [a, b, c] = alarm.contributions.map(|share| format!("{:.0}", 100.0 * share));
+        let rows = format!("{}..{end}", alarm.start_row);
+        let seconds = format!("{:.2}..{:.2}", alarm.start_s, alarm.end_s);
+        let name = alarm.located.as_deref().map_or_else(|| "-".to_owned(), located);
+        [rows, seconds, name, significant(alarm.peak), a, b, c]
+    };
+    TextTable::new(caption, header).with_rows(alarms.iter().take(most).map(row))
+}
+
+/// The thresholds that tuning found, and what stands on either side of them.
+#[must_use]
+pub fn thresholds(report: &TuneReport) -> TextTable {
+    let header = ["", "largest fault-free", "threshold", "smallest under a borderline fault"];
+    let row = |model| {
+        let of = |pick: fn(&FoundBy) -> &ByModel<f64>| {
+            report.settings.found_by.as_ref().map_or(f64::NAN, |found| *pick(found).get(model))
+        };
+        [
+            ChannelNames::motor().model(model),
+            format!("{:.3}", of(|f| &f.largest_fault_free)),
+            format!("{:.3}", report.settings.thresholds.get(model)),
+            format!("{:.2}", of(|f| &f.smallest_borderline)),
+        ]
+    };
+    TextTable::new("Residuals, in units of the mean T2 in control", header).with_rows(ModelId::ALL.map(row))
+}
+
+/// The trade-off between false alarms and delay; the chosen margin is marked.
+#[must_use]
+pub fn sweep(report: &TuneReport, chosen: f64) -> TextTable {
+    let ids: Vec<&str> =
+        report.sweep.first().map(|row| row.faults.iter().map(|f| f.id.as_str()).collect()).unwrap_or_default();
+    let of_fault: Vec<String> =
+        ids.iter().flat_map(|id| [format!("{id} delay, s"), format!("{id} named, %")]).collect();
+    let header = ["margin", "false alarms", "per hour"].into_iter().chain(of_fault.iter().map(String::as_str));
+    let caption =
+        format!("Trade-off on fresh seeds, {:.2} h fault-free: false alarms against the longest delay", report.hours);
+    let mut table = TextTable::new(caption, header);
+    table.rows.extend(report.sweep.iter().map(|row| sweep_row(row, chosen)));
+    table
+}
+
+fn sweep_row(row: &SweepRow, chosen: f64) -> Vec<String> {
+    let mark = if (row.margin - chosen).abs() < 1e-9 { " *" } else { "" };
+    let fixed =
+        [format!("{}{mark}", row.margin), row.false_alarms.to_string(), format!("{:.1}", row.false_alarms_per_hour)];
+    let of_faults = row.faults.iter().flat_map(|fault| {
+        let missed = || format!("missed {}/{}", fault.runs - fault.detected, fault.runs);
+        let delay = fault.worst_delay_s.map_or_else(missed, |delay| format!("{delay:.3}"));
+        [delay, format!("{:.1}", 100.0 * fault.right_name_share)]
+    });
+    fixed.into_iter().chain(of_faults).collect()
+}
+
+fn time(seconds: f64) -> String {
+    format!("{seconds:.2}")
+}
+
+/// Four significant digits, without an exponent where a person would not write one.
+#[must_use]
+pub fn significant(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
+    }
+    let magnitude = value.abs().log10().floor();
+    if !(-5.0..6.0).contains(&magnitude) {
+        return format!("{value:.3e}");
+    }
+    format!("{value:.*}", (3.0 - magnitude).max(0.0) as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::significant;
+
+    #[test]
+    fn numbers_are_shown_with_four_digits_and_an_exponent_only_where_it_helps() {
+        let shown = [0.0, 300.0012, 0.0231779, -9.65391, 1_234_567.0, 1.2e-7].map(significant);
+        assert_eq!(shown, ["0", "300.0", "0.02318", "-9.654", "1.235e6", "1.200e-7"]);
+    }
+}
