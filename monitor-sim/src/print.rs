@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use comfy_table::{CellAlignment, Table};
+use comfy_table::{LineStyle, TableStyle};
 use monitor_sim::mission::{Faults, Mission, MissionReport};
 use monitor_sim::replay::{ReplayReport, Replayed};
 use monitor_sim::score::Method;
@@ -12,9 +13,6 @@ use monitor_sim::tune::{Tune, TuneReport};
 
 /// More alarms than this are counted, not listed; JSON has them all.
 const LISTED_ALARMS: usize = 20;
-
-/// A line under the header and one at the end: numbers need no boxes.
-const STYLE: &str = "     ──            ";
 
 /// The tables of a mission.
 pub(crate) fn mission(mission: &Mission, report: &MissionReport) -> String {
@@ -96,7 +94,8 @@ pub(crate) fn tune(tune: &Tune, report: &TuneReport, settings: &str, file: Optio
 
 fn shown(table: TextTable) -> String {
     let mut drawn = Table::new();
-    drawn.load_style(STYLE);
+    // A line under the header is enough: numbers need no boxes.
+    drawn.load_style(TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─')));
     drawn.set_header(&table.header);
     drawn.add_rows(&table.rows);
     for column in drawn.column_iter_mut().skip(1) {

@@ -87,7 +87,7 @@ fn table_2<'a>(caption: &str, rows: impl Iterator<Item = &'a FaultScore>, beside
             time(row.end_s),
             cleared(row, paper),
             row.located.as_deref().map_or_else(|| "-".to_owned(), located),
-            row.located_s.map_or_else(|| "never".to_owned(), time),
+            row.located_s.map_or_else(|| "never".to_owned(), found_at),
             format!("{:.1} %", 100.0 * row.located_share.unwrap_or_default()),
         ]
     };
@@ -104,7 +104,7 @@ fn cleared(row: &FaultScore, paper: Option<PaperRow>) -> String {
 }
 
 fn beside(ours: Option<f64>, absent: &str, paper: Option<f64>) -> String {
-    let ours = ours.map_or_else(|| absent.to_owned(), time);
+    let ours = ours.map_or_else(|| absent.to_owned(), found_at);
     paper.map_or_else(|| ours.clone(), |paper| format!("{ours} ({paper:.2})"))
 }
 
@@ -193,6 +193,11 @@ fn sweep_row(row: &SweepRow, chosen: f64) -> Vec<String> {
         [delay, format!("{:.1}", 100.0 * fault.right_name_share)]
     });
     fixed.into_iter().chain(of_faults).collect()
+}
+
+/// An instant we found, to the sample of a 1 kHz log.
+fn found_at(seconds: f64) -> String {
+    format!("{seconds:.3}")
 }
 
 fn time(seconds: f64) -> String {

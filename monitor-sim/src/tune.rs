@@ -124,9 +124,9 @@ impl Tune {
                 runs: self.runs,
                 first_seed: self.first_seed,
                 margin,
-                largest_fault_free: largest,
+                largest_fault_free: rounded(&largest),
                 borderline_size: self.borderline_size,
-                smallest_borderline: smallest,
+                smallest_borderline: rounded(&smallest),
             }),
             ..self.settings.clone()
         };
@@ -244,6 +244,11 @@ fn fly(
 
 fn pairwise(a: &ByModel<f64>, b: &ByModel<f64>, f: fn(f64, f64) -> f64) -> ByModel<f64> {
     ByModel::from_fn(|model| f(*a.get(model), *b.get(model)))
+}
+
+/// Four decimals are what a person can use of a residual.
+fn rounded(residuals: &ByModel<f64>) -> ByModel<f64> {
+    ByModel::from_fn(|model| (residuals.get(model) * 1e4).round() / 1e4)
 }
 
 /// Three decimals are enough for a threshold, and upwards is the side of fewer false alarms.
