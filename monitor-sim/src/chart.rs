@@ -14,17 +14,21 @@ use crate::intervals::Interval;
 
 /// Size of a picture's coordinate system; it is scaled to the page.
 const WIDTH: u32 = 1000;
-const TIME_HEIGHT: u32 = 300;
+const TIME_HEIGHT: u32 = 280;
 const BAR_HEIGHT: u32 = 280;
 /// The same for every picture over time, so that they stand exactly under each other.
 const LEFT: u32 = 130;
 const RIGHT: u32 = 18;
 const TOP: u32 = 24;
 const BOTTOM: u32 = 48;
+/// A picture with another under it names its ticks, but not the axis.
+const BOTTOM_STACKED: u32 = 26;
 const ROW_HEIGHT: u32 = 26;
 const FONT: (&str, u32) = ("sans-serif", 14);
-/// Logarithmic axes show nothing below this share of their top.
-const DECADES: f64 = 1e-7;
+/// Logarithmic axes show nothing below this share of the lowest limit: what is further down is the filter's ringing.
+const BELOW_LIMIT: f64 = 0.1;
+/// Without a limit, nothing below this share of their top.
+const BELOW_TOP: f64 = 1e-7;
 
 /// Marker colours: never seen, but replaced by the style sheet.
 const INK: RGBColor = RGBColor(1, 1, 1);
@@ -99,6 +103,8 @@ pub struct TimeChart<'a> {
     pub series: Vec<Series<'a>>,
     /// Dashed level lines with their names.
     pub limits: Vec<(String, f64)>,
+    /// Whether another picture over the same time stands under this one.
+    pub stacked: bool,
 }
 
 /// A logical output over time.
@@ -106,6 +112,8 @@ pub struct TimeChart<'a> {
 pub struct LogicRow {
     /// Its name.
     pub name: String,
+    /// Its colour: that of the series of this index.
+    pub colour: usize,
     /// Where it was true, s.
     pub intervals: Vec<(f64, f64)>,
 }
@@ -173,7 +181,8 @@ impl Ordinate {
         let (low, high) = if low <= high { (low, high) } else { (0.0, 1.0) };
         if chart.log_y {
             let high = if high > 0.0 { 10_f64.powf(high.log10().ceil()) } else { 1.0 };
-            let low = low.max(high * DECADES);
+            let lowest = chart.limits.iter().map(|(_, level)| level * BELOW_LIMIT).fold(f64::INFINITY, f64::min);
+            let low = if lowest.is_finite() { lowest } else { low.max(high * BELOW_TOP) };
             let low = 10_f64.powf(low.log10().floor());
             return Ordinate { low: low.min(high / 10.0), high, log: true };
         }
@@ -251,13 +260,15 @@ fn tick(value: f64, log: bool) -> String {
 pub fn time_chart(chart: &TimeChart, axis: &TimeAxis) -> Drawn<Picture> {
     let mut svg = String::new();
     {
-        let root = SVGBackend::with_string(&mut svg, (WIDTH, TIME_HEIGHT)).into_drawing_area();
+        let bottom = if chart.stacked { BOTTOM_STACKED } else { BOTTOM };
+        let height = TIME_HEIGHT - (BOTTOM - bottom);
+        let root = SVGBackend::with_string(&mut svg, (WIDTH, height)).into_drawing_area();
         let ordinate = Ordinate::of(chart);
         let (from, to) = axis.range;
         let mut drawing = ChartBuilder::on(&root)
             .margin_right(RIGHT)
             .margin_top(TOP)
-            .x_label_area_size(BOTTOM)
+            .x_label_area_size(bottom)
             .y_label_area_size(LEFT)
             .build_cartesian_2d(from..to, ordinate.clone())
             .map_err(failed)?;
@@ -269,7 +280,7 @@ pub fn time_chart(chart: &TimeChart, axis: &TimeAxis) -> Drawn<Picture> {
             .bold_line_style(GRID)
             .axis_style(INK)
             .label_style(FONT.into_font().color(&INK))
-            .x_desc("time, s")
+            .x_desc(if chart.stacked { "" } else { "time, s" })
             .y_desc(chart.y_label)
             .x_labels(8)
             .x_label_formatter(&|x| tick(*x, false))
@@ -326,7 +337,7 @@ pub fn logic_chart(rows: &[LogicRow], axis: &TimeAxis) -> Drawn<Picture> {
         let pixel = (to - from) / f64::from(WIDTH - LEFT - RIGHT);
         for (k, row) in rows.iter().enumerate() {
             let low = top - k as f64 - 1.0;
-            let colour = SERIES.get(k % SERIES.len()).unwrap_or(&INK);
+            let colour = SERIES.get(row.colour % SERIES.len()).unwrap_or(&INK);
             for (start, end) in joined(&row.intervals, pixel) {
                 let corners = [(start, low + 0.15), (end.max(start + pixel), low + 0.85)];
                 drawing.draw_series([Rectangle::new(corners, colour.filled())]).map_err(failed)?;
@@ -455,7 +466,7 @@ mod tests {
         let signal = ramp(140_000);
         let series = vec![Series { name: "speed", signal: &signal }];
         let limits = vec![("threshold".to_owned(), 500.0)];
-        let chart = TimeChart { y_label: "T², 1", log_y: false, series, limits };
+        let chart = TimeChart { y_label: "T², 1", log_y: false, series, limits, stacked: false };
         let Picture { svg, legend } = time_chart(&chart, &axis()).unwrap();
         assert_eq!(svg.matches("stroke=\"#0B0B0B\"").count(), 1, "one line for the series");
         assert!(svg.contains("stroke=\"#040404\""), "the limit");
@@ -463,7 +474,7 @@ mod tests {
         assert!(svg.contains("time, s") && svg.contains("T², 1"));
         assert!(svg.contains("F1 &lt;cord&gt;") && !svg.contains("<cord>"));
         assert_eq!(legend.len(), 3);
-        assert!(svg.starts_with("<svg viewBox=\"0 0 1000 300\""));
+        assert!(svg.starts_with("<svg viewBox=\"0 0 1000 280\""));
     }
 
     #[test]
@@ -475,6 +486,7 @@ mod tests {
             log_y: true,
             series: vec![Series { name: "s", signal: &signal }],
             limits: vec![],
+            stacked: false,
         };
         let svg = time_chart(&chart, &TimeAxis { range: (0.0, 5.0), bands: vec![] }).unwrap().svg;
         assert_eq!(svg.matches("stroke=\"#0B0B0B\"").count(), 2);
@@ -484,8 +496,13 @@ mod tests {
     fn nothing_to_draw_is_drawn_without_failing() {
         let empty = Envelope::default();
         for log_y in [false, true] {
-            let chart =
-                TimeChart { y_label: "y", log_y, series: vec![Series { name: "s", signal: &empty }], limits: vec![] };
+            let chart = TimeChart {
+                y_label: "y",
+                log_y,
+                series: vec![Series { name: "s", signal: &empty }],
+                limits: vec![],
+                stacked: false,
+            };
             assert!(time_chart(&chart, &axis()).is_ok());
         }
         assert!(logic_chart(&[], &axis()).is_ok());
@@ -494,7 +511,11 @@ mod tests {
 
     #[test]
     fn every_interval_is_drawn_and_those_closer_than_a_pixel_as_one() {
-        let rows = vec![LogicRow { name: "r1".to_owned(), intervals: vec![(1.0, 2.0), (2.001, 3.0), (50.0, 60.0)] }];
+        let rows = vec![LogicRow {
+            name: "r1".to_owned(),
+            colour: 0,
+            intervals: vec![(1.0, 2.0), (2.001, 3.0), (50.0, 60.0)],
+        }];
         let svg = logic_chart(&rows, &axis()).unwrap().svg;
         assert_eq!(svg.matches("fill=\"#0B0B0B\"").count(), 2);
         assert!(svg.contains("r1"));

@@ -7,9 +7,11 @@ use crate::chart::{
     time_chart,
 };
 use crate::envelope::Envelope;
+use crate::intervals::Intervals;
 use crate::mission::{Faults, Flight, Flights, Mission, MissionReport};
 use crate::names::{ByModel, ChannelNames, located};
 use crate::page::{Block, Page, Section};
+use crate::record::Recording;
 use crate::scenario::Scenario;
 use crate::score::Method;
 use crate::tables::{self, TextTable};
@@ -88,7 +90,7 @@ fn axis(scenario: &Scenario) -> TimeAxis {
 fn scenario_figure(flight: &Flight) -> Result<Block, ChartError> {
     let scenario = &flight.scenario;
     let mut pictures = Vec::new();
-    for fault in &scenario.faults {
+    for (fault, below) in scenario.faults.iter().zip((0..scenario.faults.len()).rev()) {
         let mut value = Envelope::default();
         for k in 0..=SCHEDULE_POINTS {
             let t_s = scenario.duration_s * f64::from(k) / f64::from(SCHEDULE_POINTS);
@@ -96,8 +98,10 @@ fn scenario_figure(flight: &Flight) -> Result<Block, ChartError> {
         }
         let y_label = format!("{}, {}", fault.id, fault.unit());
         let series = vec![Series { name: &fault.name, signal: &value }];
-        let mut picture =
-            time_chart(&TimeChart { y_label: &y_label, log_y: false, series, limits: vec![] }, &axis(scenario))?;
+        let mut picture = time_chart(
+            &TimeChart { y_label: &y_label, log_y: false, series, limits: vec![], stacked: below > 0 },
+            &axis(scenario),
+        )?;
         picture.legend.retain(|(_, name)| name == "true fault");
         pictures.push(picture);
     }
@@ -113,7 +117,7 @@ fn signals(flight: &Flight) -> Result<Block, ChartError> {
             series.push(Series { name: "set point", signal: &recording.set_point });
         }
         pictures.push(time_chart(
-            &TimeChart { y_label: label, log_y: false, series, limits: vec![] },
+            &TimeChart { y_label: label, log_y: false, series, limits: vec![], stacked: k < 2 },
             &axis(&flight.scenario),
         )?);
     }
@@ -143,9 +147,10 @@ fn full_model(flight: &Flight, report: &MissionReport) -> Result<Block, ChartErr
         log_y: true,
         series: vec![Series { name: "smoothed T² of all channels", signal: &recording.residuals.full }],
         limits: vec![(format!("threshold {}", report.limits.full), report.limits.full)],
+        stacked: true,
     };
     let up = in_seconds(&recording.outputs.relays.full.all(), report.rate_hz);
-    let rows = [LogicRow { name: "fault detected".to_owned(), intervals: up }];
+    let rows = [LogicRow { name: "fault detected".to_owned(), colour: 0, intervals: up }];
     let axis = axis(&flight.scenario);
     let caption = "The residual of the full model with its threshold, and the relay's output under it.";
     Ok(Block::Figure {
@@ -173,7 +178,7 @@ fn growing(flight: &Flight, report: &MissionReport, names: &ChannelNames) -> Res
 /// # Errors
 /// [`ChartError`] when a picture cannot be drawn.
 pub fn pair_pictures(
-    recording: &crate::record::Recording,
+    recording: &Recording,
     limits: &ByModel<f64>,
     names: &ChannelNames,
     rate_hz: f64,
@@ -187,17 +192,24 @@ pub fn pair_pictures(
         let limit = *limits.get(*model);
         let series = vec![Series { name, signal: recording.residuals.get(*model) }];
         let label = format!("{}: T², 1", name.split(' ').next().unwrap_or_default());
-        let chart = TimeChart { y_label: &label, log_y: true, series, limits: vec![("threshold".to_owned(), limit)] };
+        let chart = TimeChart {
+            y_label: &label,
+            log_y: true,
+            series,
+            limits: vec![("threshold".to_owned(), limit)],
+            stacked: true,
+        };
         let mut picture = time_chart(&chart, axis)?;
         picture.legend.retain(|(swatch, _)| !matches!(swatch, crate::chart::Swatch::Series(_)));
         pictures.push(picture);
     }
-    let relays = named.iter().map(|(model, name)| (name.clone(), recording.outputs.relays.get(*model)));
-    let diagnoses = recording.outputs.diagnoses.iter().map(|(id, stood)| (located(id), stood));
-    let rows: Vec<LogicRow> = relays
-        .chain(diagnoses)
-        .map(|(name, stood)| LogicRow { name, intervals: in_seconds(&stood.all(), rate_hz) })
-        .collect();
+    let row = |name: String, colour: usize, stood: &Intervals| {
+        let intervals = in_seconds(&stood.all(), rate_hz);
+        LogicRow { name, colour, intervals }
+    };
+    let relays = named.iter().map(|(model, name)| row(name.clone(), 0, recording.outputs.relays.get(*model)));
+    let diagnoses = recording.outputs.diagnoses.iter().map(|(id, stood)| row(located(id), 1, stood));
+    let rows: Vec<LogicRow> = relays.chain(diagnoses).collect();
     pictures.push(logic_chart(&rows, axis)?);
     Ok(pictures)
 }

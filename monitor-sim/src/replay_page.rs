@@ -1,6 +1,9 @@
 //! The page of a replay: what was learned, the channels, the residuals and what was found.
 
-use crate::chart::{Band, ChartError, LogicRow, Series, TimeAxis, TimeChart, in_seconds, logic_chart, time_chart};
+use crate::chart::{
+    Band, ChartError, LogicRow, Picture, Series, Swatch, TimeAxis, TimeChart, in_seconds, logic_chart, time_chart,
+};
+use crate::envelope::Envelope;
 use crate::mission_page::{components, pair_pictures};
 use crate::page::{Block, Page, Section};
 use crate::replay::{Replay, Replayed};
@@ -28,19 +31,21 @@ pub fn page(replay: &Replay, replayed: &Replayed) -> Result<String, ChartError> 
 
     let mut channels = Vec::new();
     if report.has_set_point {
-        channels.push(signal("set point", "set point", &recording.set_point, &axis)?);
+        channels.push(signal("set point", &recording.set_point, true, &axis)?);
     }
-    for (name, envelope) in names.0.iter().zip(&recording.channels) {
-        channels.push(signal(name, name, envelope, &axis)?);
+    for (k, (name, envelope)) in names.0.iter().zip(&recording.channels).enumerate() {
+        channels.push(signal(name, envelope, k < 2, &axis)?);
     }
     let full = TimeChart {
         y_label: "T², 1",
         log_y: true,
         series: vec![Series { name: "smoothed T² of all channels", signal: &recording.residuals.full }],
         limits: vec![("threshold".to_owned(), report.limits.full)],
+        stacked: true,
     };
     let relay = LogicRow {
         name: "fault detected".to_owned(),
+        colour: 0,
         intervals: in_seconds(&recording.outputs.relays.full.all(), report.rate_hz),
     };
     let mut pairs = pair_pictures(recording, &report.limits, names, report.rate_hz, &axis)?;
@@ -79,7 +84,7 @@ fn section(heading: &str, blocks: Vec<Block>) -> Section {
     Section { heading: heading.to_owned(), blocks }
 }
 
-fn figure(caption: &str, pictures: Vec<crate::chart::Picture>) -> Block {
+fn figure(caption: &str, pictures: Vec<Picture>) -> Block {
     Block::Figure { caption: caption.to_owned(), pictures }
 }
 
@@ -99,14 +104,10 @@ fn axis(replay: &Replay, replayed: &Replayed) -> TimeAxis {
     TimeAxis { range: (0.0, end), bands: std::iter::once(learning).chain(injected).collect() }
 }
 
-fn signal(
-    y_label: &str,
-    name: &str,
-    signal: &crate::envelope::Envelope,
-    axis: &TimeAxis,
-) -> Result<crate::chart::Picture, ChartError> {
-    let chart = TimeChart { y_label, log_y: false, series: vec![Series { name, signal }], limits: vec![] };
-    let mut picture = time_chart(&chart, axis)?;
-    picture.legend.retain(|(swatch, _)| !matches!(swatch, crate::chart::Swatch::Series(_)));
+fn signal(name: &str, signal: &Envelope, stacked: bool, axis: &TimeAxis) -> Result<Picture, ChartError> {
+    let series = vec![Series { name, signal }];
+    let mut picture = time_chart(&TimeChart { y_label: name, log_y: false, series, limits: vec![], stacked }, axis)?;
+    // The axis names the signal already.
+    picture.legend.retain(|(swatch, _)| *swatch == Swatch::Band);
     Ok(picture)
 }

@@ -262,7 +262,7 @@ fn sweep_row(margin: f64, healthy: &[Score], borderline: &[Score], hours: f64) -
     let ids: Vec<String> =
         borderline.first().map(|s| table_2(s).into_iter().map(|f| f.id).collect()).unwrap_or_default();
     let fault = |id: String| {
-        let rows: Vec<_> = borderline.iter().flat_map(|s| table_2(s)).filter(|f| f.id == id).collect();
+        let rows: Vec<_> = borderline.iter().flat_map(table_2).filter(|f| f.id == id).collect();
         let delays: Vec<f64> = rows.iter().filter_map(|f| f.detected_s.map(|t| t - f.start_s)).collect();
         SweepFault {
             detected: delays.len(),
