@@ -88,6 +88,8 @@ pub struct Series<'a> {
 pub struct TimeAxis {
     /// First and last instant, s.
     pub range: (f64, f64),
+    /// Ordinates are scaled to what comes from this instant on, s, so that a start-up does not dwarf the rest.
+    pub scaled_from: f64,
     /// Shaded stretches.
     pub bands: Vec<Band>,
 }
@@ -174,9 +176,9 @@ struct Ordinate {
 }
 
 impl Ordinate {
-    fn of(chart: &TimeChart) -> Ordinate {
+    fn of(chart: &TimeChart, axis: &TimeAxis) -> Ordinate {
         let limits = chart.limits.iter().map(|(_, level)| (*level, *level));
-        let ranges = chart.series.iter().filter_map(|s| s.signal.range()).chain(limits);
+        let ranges = chart.series.iter().filter_map(|s| s.signal.range_from(axis.scaled_from)).chain(limits);
         let (low, high) = ranges.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), (a, b)| (l.min(a), h.max(b)));
         let (low, high) = if low <= high { (low, high) } else { (0.0, 1.0) };
         if chart.log_y {
@@ -263,7 +265,7 @@ pub fn time_chart(chart: &TimeChart, axis: &TimeAxis) -> Drawn<Picture> {
         let bottom = if chart.stacked { BOTTOM_STACKED } else { BOTTOM };
         let height = TIME_HEIGHT - (BOTTOM - bottom);
         let root = SVGBackend::with_string(&mut svg, (WIDTH, height)).into_drawing_area();
-        let ordinate = Ordinate::of(chart);
+        let ordinate = Ordinate::of(chart, axis);
         let (from, to) = axis.range;
         let mut drawing = ChartBuilder::on(&root)
             .margin_right(RIGHT)
@@ -458,7 +460,7 @@ mod tests {
 
     fn axis() -> TimeAxis {
         let band = Band { from: 20.0, to: 40.0, label: "F1 <cord>".to_owned() };
-        TimeAxis { range: (0.0, 140.0), bands: vec![band] }
+        TimeAxis { range: (0.0, 140.0), scaled_from: 0.0, bands: vec![band] }
     }
 
     #[test]
@@ -488,7 +490,7 @@ mod tests {
             limits: vec![],
             stacked: false,
         };
-        let svg = time_chart(&chart, &TimeAxis { range: (0.0, 5.0), bands: vec![] }).unwrap().svg;
+        let svg = time_chart(&chart, &TimeAxis { range: (0.0, 5.0), scaled_from: 0.0, bands: vec![] }).unwrap().svg;
         assert_eq!(svg.matches("stroke=\"#0B0B0B\"").count(), 2);
     }
 

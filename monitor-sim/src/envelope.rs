@@ -87,12 +87,11 @@ impl Envelope {
         lines
     }
 
-    /// Least and greatest value of the whole signal; none when it is empty.
+    /// Least and greatest value at and behind an abscissa; none when there is no point.
     #[must_use]
-    pub fn range(&self) -> Option<(f64, f64)> {
-        let widened = |(low, high): (f64, f64), b: &Bucket| (low.min(b.least), high.max(b.greatest));
-        let range = self.buckets.iter().fold((f64::INFINITY, f64::NEG_INFINITY), widened);
-        (!self.buckets.is_empty()).then_some(range)
+    pub fn range_from(&self, x: f64) -> Option<(f64, f64)> {
+        let behind = self.buckets.iter().filter(|b| b.from >= x).map(|b| (b.least, b.greatest));
+        behind.reduce(|(low, high), (least, greatest)| (low.min(least), high.max(greatest)))
     }
 
     /// First and last abscissa; none when the signal is empty.
@@ -111,7 +110,7 @@ mod tests {
     fn a_spike_of_one_sample_in_a_million_is_still_there() {
         let mut envelope = Envelope::default();
         (0..1_000_000).for_each(|k| envelope.push(f64::from(k), if k == 654_321 { 9.0 } else { 0.0 }));
-        assert_eq!(envelope.range(), Some((0.0, 9.0)));
+        assert_eq!(envelope.range_from(0.0), Some((0.0, 9.0)));
         let drawn: Vec<(f64, f64)> = envelope.polylines().concat();
         assert!(drawn.len() <= 4 * BUCKETS);
         let spike = drawn.iter().find(|(_, y)| *y == 9.0).unwrap();
@@ -129,7 +128,7 @@ mod tests {
     fn an_envelope_without_points_has_no_lines_and_no_range() {
         let mut envelope = Envelope::default();
         envelope.push(0.0, f64::INFINITY);
-        assert_eq!((envelope.polylines().len(), envelope.range(), envelope.domain()), (0, None, None));
+        assert_eq!((envelope.polylines().len(), envelope.range_from(0.0), envelope.domain()), (0, None, None));
     }
 
     proptest! {
@@ -142,7 +141,7 @@ mod tests {
             let finite: Vec<f64> = values.iter().copied().filter(|y| y.is_finite()).collect();
             let least = finite.iter().copied().reduce(f64::min);
             let greatest = finite.iter().copied().reduce(f64::max);
-            prop_assert_eq!(envelope.range(), least.zip(greatest));
+            prop_assert_eq!(envelope.range_from(0.0), least.zip(greatest));
             prop_assert!(envelope.buckets.len() <= 2 * BUCKETS);
             let drawn = envelope.polylines().concat();
             prop_assert!(drawn.windows(2).all(|p| p[0].0 <= p[1].0));

@@ -260,6 +260,8 @@ pub struct MissionReport {
     pub monitor_bytes: usize,
     /// Wall time of the flights, s.
     pub wall_s: f64,
+    /// What a person should know about the result.
+    pub notes: Vec<String>,
     /// Where the page and the traces are.
     pub files: Vec<PathBuf>,
 }
@@ -291,6 +293,7 @@ impl Flights {
             samples: [&self.tables, &self.ramps, &self.speed_dependent].iter().map(|f| f.recording.samples).sum(),
             monitor_bytes: size_of::<Monitor>(),
             wall_s: self.wall_s,
+            notes: mission.settings.doubt(mission.scenario.rate_hz()).into_iter().collect(),
             files,
         }
     }

@@ -9,7 +9,7 @@ use crate::chart::{
 use crate::envelope::Envelope;
 use crate::intervals::Intervals;
 use crate::mission::{Faults, Flight, Flights, Mission, MissionReport};
-use crate::names::{ByModel, ChannelNames, located};
+use crate::names::{ByModel, ChannelNames};
 use crate::page::{Block, Page, Section};
 use crate::record::Recording;
 use crate::scenario::Scenario;
@@ -78,12 +78,13 @@ fn section(heading: &str, blocks: Vec<Block>) -> Section {
 }
 
 fn tables_of(report: &MissionReport) -> Vec<Block> {
-    tables::of_mission(report).into_iter().map(TextTable::into_block).collect()
+    let notes = report.notes.iter().map(|note| Block::Paragraph(format!("Note: {note}")));
+    tables::of_mission(report).into_iter().map(TextTable::into_block).chain(notes).collect()
 }
 
 fn axis(scenario: &Scenario) -> TimeAxis {
     let bands = scenario.faults.iter().map(|f| Band { from: f.start_s, to: f.end_s, label: f.id.clone() }).collect();
-    TimeAxis { range: (0.0, scenario.duration_s), bands }
+    TimeAxis { range: (0.0, scenario.duration_s), scaled_from: scenario.learn.start_s, bands }
 }
 
 /// Figure 1: the value of each fault over time, in its unit.
@@ -208,7 +209,7 @@ pub fn pair_pictures(
         LogicRow { name, colour, intervals }
     };
     let relays = named.iter().map(|(model, name)| row(name.clone(), 0, recording.outputs.relays.get(*model)));
-    let diagnoses = recording.outputs.diagnoses.iter().map(|(id, stood)| row(located(id), 1, stood));
+    let diagnoses = recording.outputs.diagnoses.iter().map(|(id, stood)| row(names.located(id), 1, stood));
     let rows: Vec<LogicRow> = relays.chain(diagnoses).collect();
     pictures.push(logic_chart(&rows, axis)?);
     Ok(pictures)

@@ -142,6 +142,13 @@ impl ChannelNames {
         }
     }
 
+    /// A located fault in words. The table (1.8) was made for a motor under a speed loop, so only there has a pattern
+    /// the name of a cause.
+    #[must_use]
+    pub fn located(&self, id: &str) -> String {
+        if *self == ChannelNames::motor() || id == "unknown" { located(id) } else { format!("{id} pattern") }
+    }
+
     /// Why a learning window was refused, and what helps.
     #[must_use]
     pub fn explain_learning(&self, error: LearnError) -> String {

@@ -60,12 +60,12 @@ const LAYOUT: &str = r#"
 *{box-sizing:border-box}
 :root{color-scheme:light dark;--page:#fff;--soft:#f4f6f8;--muted:#51606f;--link:#005a9c}
 @media(prefers-color-scheme:dark){:root{--page:#12181f;--soft:#1b242d;--muted:#a4b2c0;--link:#7cc4ff}}
-body{margin:0 auto;padding:1.5rem clamp(1rem,4vw,3rem) 3rem;max-width:82rem;background:var(--page);color:var(--ink);font:16px/1.5 system-ui,-apple-system,"Segoe UI",Roboto,sans-serif}
+body{overflow-wrap:anywhere;margin:0 auto;padding:1.5rem clamp(1rem,4vw,3rem) 3rem;max-width:82rem;background:var(--page);color:var(--ink);font:16px/1.5 system-ui,-apple-system,"Segoe UI",Roboto,sans-serif}
 h1{font-size:1.6rem;line-height:1.25;margin:0 0 .5rem}h2{font-size:1.2rem;margin:2.5rem 0 .75rem;padding-top:.5rem;border-top:1px solid var(--grid)}
 .summary{font-size:1.1rem;margin:.25rem 0 1rem}
 nav ul{display:flex;flex-wrap:wrap;gap:.25rem 1.25rem;list-style:none;margin:0;padding:0}
 a{color:var(--link)}a:focus-visible,summary:focus-visible,.scroll:focus-visible{outline:3px solid var(--link);outline-offset:2px}
-figure{margin:1.25rem 0}figcaption,caption{text-align:left;color:var(--muted);margin-bottom:.4rem;font-size:.95rem}
+figure{margin:1.25rem 0}figcaption,.caption{color:var(--muted);margin:1.5rem 0 .3rem;font-size:.95rem}
 .scroll{overflow-x:auto}.scroll svg{display:block;width:100%;min-width:640px;height:auto}
 svg text{font-family:system-ui,-apple-system,"Segoe UI",Roboto,sans-serif}
 .legend{display:flex;flex-wrap:wrap;gap:.2rem 1.25rem;list-style:none;margin:.2rem 0;padding:0;font-size:.9rem}
@@ -128,7 +128,7 @@ fn write_table(html: &mut String, caption: &str, header: &[String], rows: &[Vec<
     let caption = escaped(caption);
     let _ = write!(
         html,
-        "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"{caption}\">\n<table>\n<caption>{caption}</caption>\n<thead><tr>"
+        "<p class=\"caption\">{caption}</p>\n<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"{caption}\">\n<table>\n<thead><tr>"
     );
     for cell in header {
         let _ = write!(html, "<th scope=\"col\">{}</th>", escaped(cell));

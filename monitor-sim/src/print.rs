@@ -39,6 +39,9 @@ pub(crate) fn mission(mission: &Mission, report: &MissionReport) -> String {
         "Three flights, {} samples, in {:.2} s. The monitor takes {} bytes.",
         report.samples, report.wall_s, report.monitor_bytes
     );
+    for note in &report.notes {
+        let _ = writeln!(text, "note: {note}");
+    }
     text + &written(&report.files)
 }
 

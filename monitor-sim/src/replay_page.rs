@@ -101,7 +101,7 @@ fn axis(replay: &Replay, replayed: &Replayed) -> TimeAxis {
         to: injection.end_row().map_or(end, |row| recording.seconds(row)),
         label: injection.to_string(),
     });
-    TimeAxis { range: (0.0, end), bands: std::iter::once(learning).chain(injected).collect() }
+    TimeAxis { range: (0.0, end), scaled_from: 0.0, bands: std::iter::once(learning).chain(injected).collect() }
 }
 
 fn signal(name: &str, signal: &Envelope, stacked: bool, axis: &TimeAxis) -> Result<Picture, ChartError> {

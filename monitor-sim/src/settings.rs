@@ -31,6 +31,8 @@ pub struct PaperSettings {
 pub struct FoundBy {
     /// The scenario whose motor was flown.
     pub scenario: String,
+    /// Its sampling rate, Hz.
+    pub rate_hz: f64,
     /// Fault-free runs, and as many borderline faulty ones.
     pub runs: u64,
     /// Seed of the first run.
@@ -52,6 +54,17 @@ impl PaperSettings {
     /// When the file that was built in does not parse; a test keeps it parsing.
     pub fn default_motor() -> Result<Self, toml::de::Error> {
         toml::from_str(DEFAULT_MOTOR)
+    }
+
+    /// What speaks against using these thresholds for a scenario sampled at `rate_hz`.
+    #[must_use]
+    pub fn doubt(&self, rate_hz: f64) -> Option<String> {
+        let found = self.found_by.as_ref().filter(|found| (found.rate_hz - rate_hz).abs() > 1e-9 * rate_hz)?;
+        Some(format!(
+            "the thresholds were found at {} Hz and the mission is sampled at {rate_hz} Hz, where smoothed residuals \
+             scatter differently: find its own with `tune --scenario FILE --out LIMITS` and give them to --limits",
+            found.rate_hz
+        ))
     }
 
     /// These settings as a file for `--limits`.

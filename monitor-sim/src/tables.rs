@@ -144,7 +144,7 @@ pub fn alarms(alarms: &[Alarm], names: &ChannelNames, most: usize) -> TextTable 
         let [a, b, c] = alarm.contributions.map(|share| format!("{:.0}", 100.0 * share));
         let rows = format!("{}..{end}", alarm.start_row);
         let seconds = format!("{:.2}..{:.2}", alarm.start_s, alarm.end_s);
-        let name = alarm.located.as_deref().map_or_else(|| "-".to_owned(), located);
+        let name = alarm.located.as_deref().map_or_else(|| "-".to_owned(), |id| names.located(id));
         [rows, seconds, name, significant(alarm.peak), a, b, c]
     };
     TextTable::new(caption, header).with_rows(alarms.iter().take(most).map(row))

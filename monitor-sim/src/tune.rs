@@ -121,6 +121,7 @@ impl Tune {
             thresholds: ByModel::from_fn(|model| rounded_up(margin * largest.get(model))),
             found_by: Some(FoundBy {
                 scenario: self.scenario.name.clone(),
+                rate_hz: self.scenario.rate_hz(),
                 runs: self.runs,
                 first_seed: self.first_seed,
                 margin,
