@@ -47,7 +47,7 @@ impl ExplainedShare {
 /// The PCA of `N` standardized channels.
 ///
 /// Column k of the loadings is the direction of component k; eigenvalues descend; signs are fixed as in
-/// [`Eigen`](crate::eigen::Eigen). All `N` components are kept, and `retained` says how many of them the model uses.
+/// [`Eigen`]. All `N` components are kept, and `retained` says how many of them the model uses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pca<const N: usize> {
     loadings: SMatrix<f32, N, N>,
