@@ -321,6 +321,20 @@ impl<S: Smoother> Monitor<S> {
         true
     }
 
+    /// Ends learning with a baseline that is already known, such as the one of this set point from an earlier visit
+    /// or from a table (offline baselines, the paper II.C): judging begins with the next sample.
+    ///
+    /// Returns whether it did: only while a window is being learned, or has been, does the monitor want one. While the
+    /// loop settles or samples are judged nothing changes.
+    pub fn recall(&mut self, baseline: Baseline) -> bool {
+        let wanted = matches!(self.stage, Stage::Learning(_) | Stage::ModelDue(_));
+        if wanted {
+            self.stage = Stage::Monitoring(Detector::new(baseline, &self.chain.smoother));
+            self.refused = None;
+        }
+        wanted
+    }
+
     /// Makes a model of the learning window if it is complete, on the spot: [`Monitor::learned_window`],
     /// [`Baseline::learn`] and [`Monitor::install`] in one, for hosts and for boards with time to spare in the loop.
     ///

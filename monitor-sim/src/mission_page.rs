@@ -19,6 +19,9 @@ use crate::tables::{self, TextTable};
 /// Names and units of the motor's channels.
 const CHANNEL_LABELS: [&str; 3] = ["speed, rad/s", "current, A", "voltage, V"];
 
+/// More events than this are counted, not listed.
+const LISTED_EVENTS: usize = 200;
+
 /// Instants at which the value of a fault is drawn.
 const SCHEDULE_POINTS: u32 = 2000;
 
@@ -60,6 +63,7 @@ pub fn page(mission: &Mission, flights: &Flights, report: &MissionReport) -> Res
                 pairs(&flights.speed_dependent, report, &names)?,
             ],
         ),
+        section("Events", vec![tables::events(&flights.tables.events, report.rate_hz, LISTED_EVENTS).into_block()]),
         section(
             "Configuration",
             vec![

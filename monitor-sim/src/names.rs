@@ -1,9 +1,11 @@
 //! What the core's positions, models, faults and refusals are called for people and machines.
 
+use monitor_core::Phase;
 use monitor_core::baseline::BaselineError;
+use monitor_core::event::EventKind;
 use monitor_core::localize::{Diagnosis, Fault};
 use monitor_core::moments::{LearnError, Moments};
-use monitor_core::monitor::ConfigError;
+use monitor_core::monitor::{ConfigError, Settling};
 use monitor_core::sample::{Bank, Channel, ModelId, Pair};
 
 /// The identifier of a fault in tables and JSON: the paper's number.
@@ -23,6 +25,26 @@ pub const fn fault_name(fault: Fault) -> &'static str {
         Fault::LoadTorque => "load torque",
         Fault::SpeedSensor => "speed sensor",
         Fault::CurrentSensor => "current sensor",
+    }
+}
+
+/// An event in words.
+#[must_use]
+pub fn event(kind: EventKind) -> String {
+    let names = ChannelNames::motor();
+    let wrong = |diagnosis| diagnosis_id(diagnosis).map_or_else(String::new, located);
+    match kind {
+        EventKind::Phase(Phase::Settling(Settling::Start)) => "settling after the start".to_owned(),
+        EventKind::Phase(Phase::Settling(Settling::SetPointChanged)) => "settling: the set point changed".to_owned(),
+        EventKind::Phase(Phase::Learning) => "learning".to_owned(),
+        EventKind::Phase(Phase::ModelDue) => "learning window complete".to_owned(),
+        EventKind::Phase(Phase::Monitoring) => "monitoring".to_owned(),
+        EventKind::LearningRefused(error) => format!("learning refused: {}", names.explain_learning(error)),
+        EventKind::RelayUp(model) => format!("relay up: {}", names.model(model)),
+        EventKind::RelayDown(model) => format!("relay down: {}", names.model(model)),
+        EventKind::Located(diagnosis) => format!("located: {}", wrong(diagnosis)),
+        EventKind::Cleared(diagnosis) => format!("cleared: {}", wrong(diagnosis)),
+        _ => format!("{kind:?}"),
     }
 }
 

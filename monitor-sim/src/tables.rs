@@ -1,9 +1,10 @@
 //! Results as tables of text, for the terminal and for the page alike.
 
+use monitor_core::event::Event;
 use monitor_core::sample::ModelId;
 
 use crate::mission::MissionReport;
-use crate::names::{ByModel, ChannelNames, located};
+use crate::names::{self, ByModel, ChannelNames, located};
 use crate::page::Block;
 use crate::paper::{self, PaperRow, RAMP_VALUES, TABLE_1, TABLE_2};
 use crate::replay::{Alarm, Learned};
@@ -54,6 +55,16 @@ pub fn of_mission(report: &MissionReport) -> Vec<TextTable> {
             false,
         ),
     ]
+}
+
+/// The first `most` events of a flight.
+#[must_use]
+pub fn events(events: &[Event], rate_hz: f64, most: usize) -> TextTable {
+    let row = |event: &Event| [found_at(event.sample as f64 / rate_hz), names::event(event.kind)];
+    let more = events.len().saturating_sub(most);
+    let caption =
+        if more > 0 { format!("The first {most} events of {}", events.len()) } else { "All events".to_owned() };
+    TextTable::new(caption, ["at, s", "event"]).with_rows(events.iter().take(most).map(row))
 }
 
 /// Figures 5 and 8 as a table.

@@ -164,6 +164,21 @@ fn a_monitor_with_a_stored_baseline_judges_from_the_first_sample() {
 }
 
 #[test]
+fn a_known_baseline_is_recalled_once_the_loop_has_settled_and_not_before() {
+    let mut monitor = learned();
+    let baseline = *monitor.baseline().unwrap();
+    assert!(!monitor.recall(baseline), "a monitor that judges keeps its baseline");
+    fly(&mut monitor, (0..60).map(|k| (200.0, with(healthy(k), Channel::Speed, -100.0))));
+    monitor.step_channels(SET_POINT, healthy(60));
+    assert!(!monitor.recall(baseline), "the loop is still settling");
+    let phases: Vec<Phase> = (61..112).map(|k| monitor.step_channels(SET_POINT, healthy(k)).phase).collect();
+    assert_eq!(phases.last(), Some(&Phase::Learning));
+    assert!(monitor.recall(baseline));
+    let verdict = monitor.step_channels(SET_POINT, healthy(112));
+    assert_eq!((verdict.phase, verdict.relays.any()), (Phase::Monitoring, false));
+}
+
+#[test]
 fn the_moving_average_smooths_in_place_of_the_low_pass() {
     let mut monitor = Monitor::with_smoother(&config(), MovingAverage::<64>::new(50).unwrap()).unwrap();
     fly(&mut monitor, (0..600).map(|k| (SET_POINT, healthy(k))));
