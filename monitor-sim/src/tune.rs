@@ -113,6 +113,9 @@ impl Tune {
         let largest = seeds(setting.clone())
             .map(|seed| self.extremes(&healthy, &unlimited, seed, &tick).map(|e| e.largest))
             .try_reduce(|| ByModel::from_fn(|_| 0.0), |a, b| Ok(pairwise(&a, &b, f64::max)))?;
+        if ModelId::ALL.iter().any(|model| *largest.get(*model) <= 0.0) {
+            return Err(MissionError::NothingJudged);
+        }
         let smallest = seeds(setting)
             .map(|seed| self.extremes(&borderline, &unlimited, seed, &tick).map(|e| e.smallest_under_fault))
             .try_reduce(|| ByModel::from_fn(|_| f64::INFINITY), |a, b| Ok(pairwise(&a, &b, f64::min)))?;
