@@ -34,6 +34,11 @@ pub enum MissionError {
     /// The monitor had not learned by the end of the scenario.
     #[error("the scenario ends before the monitor has learned: lengthen duration_s or bring learn.end_s forward")]
     NeverLearned,
+    /// There is no residual to set a threshold by.
+    #[error(
+        "the scenario ends with its learning window, so nothing was judged: lengthen duration_s or bring learn.end_s forward"
+    )]
+    NothingJudged,
     /// A file could not be written.
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -62,8 +67,6 @@ pub struct Flight {
     pub score: Score,
     /// Everything that happened.
     pub events: Vec<Event>,
-    /// Where the trace is, if one was written.
-    pub trace: Option<PathBuf>,
 }
 
 /// Flies a scenario. `tick` is called with the number of samples flown since the last call.
@@ -74,7 +77,7 @@ pub fn fly(
     scenario: &Scenario,
     settings: &PaperSettings,
     seed: u64,
-    mut trace: Option<TraceWriter>,
+    mut trace: Option<&mut TraceWriter>,
     mut tick: impl FnMut(u64),
 ) -> Result<Flight, MissionError> {
     const TICK: u64 = 10_000;
@@ -114,7 +117,6 @@ pub fn fly(
         recording,
         score,
         events,
-        trace: trace.map(TraceWriter::finish).transpose()?,
     })
 }
 
@@ -176,6 +178,8 @@ pub struct Flights {
     pub ramps: Flight,
     /// The same as the tables with a load that depends on speed.
     pub speed_dependent: Flight,
+    /// The traces of the tables and of the ramps.
+    pub traces: Vec<PathBuf>,
     /// Wall time of all of them, s.
     pub wall_s: f64,
 }
@@ -199,16 +203,17 @@ impl Mission {
         };
         let ramps = self.scenario.with_ramps();
         let speed_dependent = tables.with_speed_dependent_load();
-        let flight = |scenario: &Scenario, trace: Option<&str>| {
-            let trace = trace.map(|name| TraceWriter::create(out, name, &ChannelNames::motor())).transpose()?;
-            fly(scenario, &self.settings, self.seed, trace, &tick)
-        };
+        let mut trace = TraceWriter::create(out, "trace.csv", &ChannelNames::motor())?;
+        let mut trace_ramp = TraceWriter::create(out, "trace-ramp.csv", &ChannelNames::motor())?;
+        let flight = |scenario: &Scenario, trace| fly(scenario, &self.settings, self.seed, trace, &tick);
         let (tables, (ramps, speed_dependent)) = rayon::join(
-            || flight(&tables, Some("trace.csv")),
-            || rayon::join(|| flight(&ramps, Some("trace-ramp.csv")), || flight(&speed_dependent, None)),
+            || flight(&tables, Some(&mut trace)),
+            || rayon::join(|| flight(&ramps, Some(&mut trace_ramp)), || flight(&speed_dependent, None)),
         );
         let (tables, ramps, speed_dependent) = (tables?, ramps?, speed_dependent?);
-        Ok(Flights { tables, ramps, speed_dependent, wall_s: begun.elapsed().as_secs_f64() })
+        // Not before: a flight may fail where another does not, and then no trace shall be left.
+        let traces = vec![trace.finish()?, trace_ramp.finish()?];
+        Ok(Flights { tables, ramps, speed_dependent, traces, wall_s: begun.elapsed().as_secs_f64() })
     }
 }
 
@@ -270,7 +275,6 @@ impl Flights {
     /// The result as machines read it.
     #[must_use]
     pub fn report(&self, mission: &Mission) -> MissionReport {
-        let files = [&self.tables, &self.ramps].into_iter().filter_map(|flight| flight.trace.clone()).collect();
         let baseline = &self.tables.baseline;
         let explained = |model| match model {
             ModelId::Full => baseline.full().pca().explained().map(f64::from).to_vec(),
@@ -294,7 +298,7 @@ impl Flights {
             monitor_bytes: size_of::<Monitor>(),
             wall_s: self.wall_s,
             notes: mission.settings.doubt(mission.scenario.rate_hz()).into_iter().collect(),
-            files,
+            files: self.traces.clone(),
         }
     }
 

@@ -49,8 +49,11 @@ pub enum ReplayError {
     /// A file could not be written.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// The log is a pipe or a device.
+    #[error("the log '{}' is not a regular file: it is read three times, so save it to a file first", .0.display())]
+    NotAFile(PathBuf),
     /// The rate is not a number above zero.
-    #[error("the sampling rate must be above zero, not {0}: give the log's rows per second with --rate-hz")]
+    #[error("the sampling rate must be finite and above zero, not {0}: give the log's rows per second with --rate-hz")]
     Rate(f64),
     /// The window reaches past the log.
     #[error("the learning window is rows {} to {}, but the log has {rows} rows: choose a window inside it", window.start, window.end)]
@@ -216,6 +219,10 @@ impl Replay {
         // Settings are refused before a long log is read.
         self.config(&window, Bank::from_fn(|_| NO_LIMIT)).and_then(|config| Monitor::new(&config).map_err(settings))?;
 
+        // What is missing or a directory is told of when it is opened.
+        if std::fs::metadata(&self.path).is_ok_and(|data| !data.is_file() && !data.is_dir()) {
+            return Err(ReplayError::NotAFile(self.path.clone()));
+        }
         let learning = self.learn(&window, &injections, &names)?;
         let baseline = Baseline::learn(&learning.moments, share).map_err(|e| learning_refused(&names, e))?;
         let calibration = self.calibrate(&window, &injections, &baseline, learning.set_point)?;
@@ -367,7 +374,8 @@ impl Replay {
         while let Some(reading) = next_reading(&mut log, injections)? {
             let Reading { row, set_point, x } = reading;
             judged.skipped += u64::from(!reading.is_finite());
-            if row < window.end {
+            // A last row without a line end may be cut inside its last number; one wrong value would raise an alarm.
+            if row < window.end || log.ends_without_newline() {
                 judged.recording.push_signals(row, set_point, x);
             } else {
                 let verdict = monitor.step_channels(set_point as f32, reading.channels());
@@ -387,7 +395,7 @@ impl Replay {
             }
         }
         judged.alarms = alarms.finish();
-        judged.notes = notes(&log, judged.recording.samples);
+        judged.notes = notes(&log, &judged.recording);
         judged.trace = Some(trace.finish()?);
         Ok(judged)
     }
@@ -451,14 +459,19 @@ fn learning_refused(names: &ChannelNames, error: LearnError) -> ReplayError {
     ReplayError::Learning(names.explain_learning(error))
 }
 
-fn notes(log: &LogReader, rows: u64) -> Vec<String> {
+fn notes(log: &LogReader, recording: &Recording) -> Vec<String> {
+    let rows = recording.samples;
     let mut notes = Vec::new();
+    if recording.phases.monitoring == 0 {
+        notes
+            .push("no row was judged, so no fault could be found; choose a shorter --learn or a longer log".to_owned());
+    }
     if let Some(TruncatedTail { row, line }) = log.truncated_tail() {
         notes.push(format!(
             "the log ends in the middle of row {row} (line {line}); the {rows} whole rows before it were read"
         ));
     } else if log.ends_without_newline() {
-        notes.push("the last row has no line end; it was taken as whole".to_owned());
+        notes.push("the last row has no line end, so its last number may be cut; it was not judged".to_owned());
     }
     notes
 }

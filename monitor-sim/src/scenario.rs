@@ -117,10 +117,10 @@ fn default_set_points() -> Vec<SetPoint> {
 pub enum ScenarioError {
     /// Not TOML, or a key that is unknown, missing or of another type. The message shows the line and lists the allowed
     /// keys.
-    #[error("scenario: {0}")]
+    #[error("{0}")]
     Toml(#[from] toml::de::Error),
     /// A value that no mission can have.
-    #[error("scenario: {}`{key}` {problem}; {remedy}", line.map(|n| format!("line {n}: ")).unwrap_or_default())]
+    #[error("{}`{key}` {problem}; {remedy}", line.map(|n| format!("line {n}: ")).unwrap_or_default())]
     Value {
         /// Dotted path of the key; list entries count from 0: `fault[1].end_s`.
         key: String,

@@ -7,6 +7,7 @@
 //! 3. Fresh seeds, none of those that set the thresholds, show the trade-off: false alarms per hour and delay for a
 //!    sweep of margins.
 
+use std::ops::Range;
 use std::time::Instant;
 
 use monitor_core::sample::ModelId;
@@ -102,18 +103,20 @@ impl Tune {
         let begun = Instant::now();
         let healthy = self.scenario.without_faults();
         let borderline = self.scenario.scaled_faults(self.borderline_size);
-        let setting = self.first_seed..self.first_seed + self.runs;
-        let checking = setting.end..setting.end + self.runs;
+        // Behind the last seed comes the first.
+        let seeds = |runs: Range<u64>| runs.into_par_iter().map(|run| self.first_seed.wrapping_add(run));
+        let setting = 0..self.runs;
+        let checking = self.runs..2 * self.runs;
 
         let unlimited =
             PaperSettings { thresholds: ByModel::from_fn(|_| f64::from(f32::MAX)), ..self.settings.clone() };
-        let largest = setting
-            .clone()
-            .into_par_iter()
+        let largest = seeds(setting.clone())
             .map(|seed| self.extremes(&healthy, &unlimited, seed, &tick).map(|e| e.largest))
             .try_reduce(|| ByModel::from_fn(|_| 0.0), |a, b| Ok(pairwise(&a, &b, f64::max)))?;
-        let smallest = setting
-            .into_par_iter()
+        if ModelId::ALL.iter().any(|model| *largest.get(*model) <= 0.0) {
+            return Err(MissionError::NothingJudged);
+        }
+        let smallest = seeds(setting)
             .map(|seed| self.extremes(&borderline, &unlimited, seed, &tick).map(|e| e.smallest_under_fault))
             .try_reduce(|| ByModel::from_fn(|_| f64::INFINITY), |a, b| Ok(pairwise(&a, &b, f64::min)))?;
 
@@ -134,10 +137,8 @@ impl Tune {
         let settings = at_margin(self.margin);
         let candidates = SWEEP.map(at_margin);
         let fly = |scenario: &Scenario, seed| self.scores(scenario, &candidates, seed, &tick);
-        let healthy_scores =
-            checking.clone().into_par_iter().map(|seed| fly(&healthy, seed)).collect::<Result<Vec<_>, _>>()?;
-        let borderline_scores =
-            checking.into_par_iter().map(|seed| fly(&borderline, seed)).collect::<Result<Vec<_>, _>>()?;
+        let healthy_scores = seeds(checking.clone()).map(|seed| fly(&healthy, seed)).collect::<Result<Vec<_>, _>>()?;
+        let borderline_scores = seeds(checking).map(|seed| fly(&borderline, seed)).collect::<Result<Vec<_>, _>>()?;
         let hours = self.runs as f64 * (healthy.duration_s - healthy.learn.end_s) / 3600.0;
         let sweep = SWEEP.iter().enumerate().map(|(k, margin)| {
             let of_margin = |scores: &[Vec<Score>]| scores.iter().filter_map(|s| s.get(k).cloned()).collect::<Vec<_>>();

@@ -222,7 +222,7 @@ fn a_message_names_line_key_value_and_remedy() {
     assert_eq!(
         Scenario::from_toml(&text).unwrap_err().to_string(),
         format!(
-            "scenario: line {line}: `fault[1].end_s` = 50 is not after start_s = 60; \
+            "line {line}: `fault[1].end_s` = 50 is not after start_s = 60; \
              let the fault end after it starts"
         )
     );

@@ -9,6 +9,9 @@ type Checked = Result<(), ScenarioError>;
 /// Shortest learning window, s: 100 samples at 1 kHz, fewer make no covariance worth the name.
 const SHORTEST_LEARN_S: f64 = 0.1;
 
+/// Longest mission, in control periods: what the monitor's 32-bit sample counts can hold, seven weeks at 1 kHz.
+const MOST_CONTROL_PERIODS: f64 = 4_294_967_295.0;
+
 /// The discrete current loop multiplies its error by 1 - wc T each period: 0.5 leaves it well damped, 2 is its
 /// stability limit.
 const LARGEST_BANDWIDTH_TIMES_PERIOD: f64 = 0.5;
@@ -29,6 +32,13 @@ pub(super) fn check(scenario: &Scenario) -> Checked {
 fn check_times(s: &Scenario) -> Checked {
     positive("duration_s", s.duration_s)?;
     positive("control_rate_hz", s.control_rate_hz)?;
+    let periods = s.duration_s * s.control_rate_hz;
+    require(
+        periods <= MOST_CONTROL_PERIODS,
+        "duration_s",
+        format!("= {} makes {periods} control periods", s.duration_s),
+        format!("shorten the mission to at most {MOST_CONTROL_PERIODS} of them, or lower control_rate_hz"),
+    )?;
     require(s.record_every >= 1, "record_every", "is 0", "set it to 1 to record every control period")?;
     let learn = s.learn;
     not_negative("learn.start_s", learn.start_s)?;
