@@ -111,8 +111,14 @@ pub(crate) struct ReplayArgs {
     #[arg(long, value_name = "R", allow_negative_numbers = true)]
     pub(crate) rate_hz: f64,
     /// Where to learn what healthy means: rows A..B, or seconds As..Bs
-    #[arg(long, value_name = "A..B")]
-    pub(crate) learn: RowWindow,
+    #[arg(long, value_name = "A..B", required_unless_present = "baseline")]
+    pub(crate) learn: Option<RowWindow>,
+    /// Judge from the first row by a baseline that an earlier replay wrote (baseline.toml), instead of learning
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["learn", "margin", "limits", "cutoff_hz"])]
+    pub(crate) baseline: Option<PathBuf>,
+    /// When the set point of --learn returns, judge by what was learned there instead of learning anew
+    #[arg(long)]
+    pub(crate) recall: bool,
     /// Add a fault to a channel: CHANNEL:+V@ROW, CHANNEL:ramp+V@ROW..ROW, CHANNEL:xG@ROW
     #[arg(long, value_name = "FAULT")]
     pub(crate) inject: Vec<Injection>,
@@ -134,6 +140,9 @@ pub(crate) struct ReplayArgs {
     /// Thresholds file, as `tune` writes it, instead of limits from the learning window
     #[arg(long, value_name = "FILE", conflicts_with_all = ["margin", "cutoff_hz"])]
     pub(crate) limits: Option<PathBuf>,
+    /// Write no trace: it is larger than the log
+    #[arg(long)]
+    pub(crate) no_trace: bool,
     /// What separates the columns: `,` `;` `tab`; found by itself if none
     #[arg(long, value_name = "CHAR")]
     pub(crate) delimiter: Option<Delimiter>,

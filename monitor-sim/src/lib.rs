@@ -24,6 +24,7 @@ pub mod page;
 // The commands.
 pub mod names;
 pub mod settings;
+pub mod stored;
 pub mod output;
 pub mod mission;
 pub mod replay;

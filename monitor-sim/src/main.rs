@@ -14,7 +14,7 @@ use monitor_sim::log::{ColumnRef, LogOptions};
 use monitor_sim::mission::Mission;
 use monitor_sim::names::ChannelNames;
 use monitor_sim::output::{OutputDir, PendingFile};
-use monitor_sim::replay::{Limits, Replay};
+use monitor_sim::replay::{Learn, Limits, Replay};
 use monitor_sim::scenario::Scenario;
 use monitor_sim::settings::PaperSettings;
 use monitor_sim::trace::TraceWriter;
@@ -64,13 +64,19 @@ fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
         None => None,
     };
     let defaults = PaperSettings::default_motor()?;
+    let learn = match (&args.learn, &args.baseline) {
+        (Some(window), _) => Learn::Window(*window),
+        (None, Some(path)) => Learn::Stored(Box::new(parsed(path, "baseline")?)),
+        (None, None) => return Err("give --learn A..B or --baseline FILE".into()),
+    };
     let replay = Replay {
         path: args.log.clone(),
         channels: channels(args)?,
         set_point: args.set_point.clone(),
         log: LogOptions { delimiter: args.delimiter },
         rate_hz: args.rate_hz,
-        learn: args.learn,
+        learn,
+        recall: args.recall,
         settle_s: args.settle,
         relearn_s: args.relearn,
         set_point_tolerance: args.set_point_tolerance,
@@ -82,11 +88,17 @@ fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
     };
     let out = OutputDir::prepare(&args.out)?;
     let bar = progress(replay.bytes(), "bytes");
-    let replayed = replay.run(|names| TraceWriter::create(&out, "replay.csv", names), |bytes| bar.set_position(bytes));
+    let replayed = replay.run(
+        |names| (!args.no_trace).then(|| TraceWriter::create(&out, "replay.csv", names)).transpose(),
+        |bytes| bar.set_position(bytes),
+    );
     bar.finish_and_clear();
     let mut replayed = replayed?;
     let page = replay_page::page(&replay, &replayed)?;
     replayed.report.files.insert(0, out.write("replay.html", &page)?);
+    if args.baseline.is_none() {
+        replayed.report.files.push(out.write("baseline.toml", &replayed.baseline.to_toml()?)?);
+    }
     print_all(&if args.json { json(&replayed.report)? } else { print::replay(&replayed) })?;
     Ok(ExitCode::from(replayed.report.exit))
 }
@@ -122,9 +134,16 @@ fn scenario(path: Option<&Path>) -> Result<Scenario, Failure> {
 }
 
 fn settings(path: Option<&Path>) -> Result<PaperSettings, Failure> {
-    let Some(path) = path else { return Ok(PaperSettings::default_motor()?) };
-    let text = read(path, "thresholds")?;
-    Ok(toml::from_str(&text).map_err(|error| format!("thresholds file '{}': {error}", path.display()))?)
+    match path {
+        Some(path) => parsed(path, "thresholds"),
+        None => Ok(PaperSettings::default_motor()?),
+    }
+}
+
+/// A TOML file of the user's.
+fn parsed<T: serde::de::DeserializeOwned>(path: &Path, what: &str) -> Result<T, Failure> {
+    let text = read(path, what)?;
+    Ok(toml::from_str(&text).map_err(|error| format!("{what} file '{}': {error}", path.display()))?)
 }
 
 fn read(path: &Path, what: &str) -> Result<String, Failure> {

@@ -4,28 +4,30 @@
 //! healthy residual goes, once to judge. Memory does not grow with the log.
 
 mod alarm;
+mod learn;
 mod report;
 
 use std::ops::Range;
 use std::path::PathBuf;
 
-use monitor_core::moments::{LearnError, Moments};
+use monitor_core::moments::LearnError;
 use monitor_core::monitor::ConfigError;
 use monitor_core::pca::ExplainedShare;
 use monitor_core::sample::Bank;
-use monitor_core::{Baseline, Config, Monitor, Phase};
+use monitor_core::{Config, Monitor, Phase};
 
 use crate::inject::{InjectError, Injection, ResolvedInjection};
 use crate::log::{ColumnRef, LogError, LogOptions, LogReader, TruncatedTail};
 use crate::names::{ByModel, ChannelNames, explain_config};
 use crate::output::OutputError;
-use crate::record::{Peak, PhaseCounts, Recording};
+use crate::record::{PhaseCounts, Recording};
+use crate::stored::StoredBaseline;
 use crate::trace::{TraceRow, TraceWriter};
 use crate::window::{RowWindow, WindowError};
 
 pub use alarm::Alarm;
 use alarm::AlarmBuilder;
-use report::learned;
+use learn::{Reading, Start, next_reading};
 pub use report::{Learned, Quality, Refusal, ReplayReport};
 
 /// The residual of a run whose limits are still sought meets no relay.
@@ -79,6 +81,9 @@ pub enum ReplayError {
     /// The window was refused.
     #[error("{0}")]
     Learning(String),
+    /// The stored baseline does not fit.
+    #[error("the stored baseline cannot be used: {0}")]
+    Baseline(String),
     /// The monitor refused a setting.
     #[error("{0}")]
     Settings(String),
@@ -96,6 +101,15 @@ pub enum Limits {
     Fixed(ByModel<f64>),
 }
 
+/// What judging starts from.
+#[derive(Clone, Debug)]
+pub enum Learn {
+    /// A window of the log, to be learned.
+    Window(RowWindow),
+    /// A baseline that an earlier replay learned.
+    Stored(Box<StoredBaseline>),
+}
+
 /// What to replay, and how.
 #[derive(Clone, Debug)]
 pub struct Replay {
@@ -109,12 +123,14 @@ pub struct Replay {
     pub log: LogOptions,
     /// Rows per second.
     pub rate_hz: f64,
-    /// Where to learn.
-    pub learn: RowWindow,
+    /// What judging starts from.
+    pub learn: Learn,
     /// Settling time after a change of the set point, s.
     pub settle_s: f64,
     /// Length of the learning window after a change of the set point, s; that of `learn` if none.
     pub relearn_s: Option<f64>,
+    /// Whether to judge by the first baseline again when its set point returns, instead of learning anew.
+    pub recall: bool,
     /// Largest movement of the set point that is not a change, in its unit.
     pub set_point_tolerance: f64,
     /// Cutoff of the residuals' low-pass, Hz; see [`Replay::default_cutoff_hz`] if none.
@@ -138,6 +154,8 @@ pub struct Replayed {
     pub recording: Recording,
     /// Names of the channels.
     pub names: ChannelNames,
+    /// What was learned, to be judged by another time.
+    pub baseline: StoredBaseline,
 }
 
 impl Replayed {
@@ -162,27 +180,9 @@ impl Replayed {
         let share = |samples: u64| 100.0 * samples as f64 / behind.max(1) as f64;
         let [judged, settling, learning] = [monitoring, settling, learning].map(share);
         format!(
-            "Of the {behind} rows behind the learning window {judged:.1} % were judged; {settling:.1} % went to settling \
-             and {learning:.1} % to learning after changes of the set point."
+            "Of {behind} rows to judge {judged:.1} % were judged; {settling:.1} % went to settling and {learning:.1} % to \
+             learning after changes of the set point."
         )
-    }
-}
-
-/// A sample of the log with its row.
-#[derive(Clone, Copy, Debug)]
-struct Reading {
-    row: u64,
-    set_point: f64,
-    x: [f64; 3],
-}
-
-impl Reading {
-    fn is_finite(&self) -> bool {
-        self.set_point.is_finite() && self.x.iter().all(|value| value.is_finite())
-    }
-
-    fn channels(&self) -> [f32; 3] {
-        self.x.map(|value| value as f32)
     }
 }
 
@@ -200,43 +200,36 @@ impl Replay {
         std::fs::metadata(&self.path).ok().filter(std::fs::Metadata::is_file).map(|data| data.len())
     }
 
-    /// Replays the log. `trace` begins the trace, once the log has been found fit to learn from; `tick` is called with the bytes read so far by the judging pass.
+    /// Replays the log. `trace` begins the trace, if one is wanted, once the log has been found fit to learn from;
+    /// `tick` is called with the bytes read so far by the judging pass.
     ///
     /// # Errors
     /// [`ReplayError`]: nothing is left half-written.
     pub fn run(
         &self,
-        trace: impl FnOnce(&ChannelNames) -> Result<TraceWriter, OutputError>,
+        trace: impl FnOnce(&ChannelNames) -> Result<Option<TraceWriter>, OutputError>,
         tick: impl FnMut(u64),
     ) -> Result<Replayed, ReplayError> {
         if !(self.rate_hz > 0.0 && self.rate_hz.is_finite()) {
             return Err(ReplayError::Rate(self.rate_hz));
         }
-        let window = self.learn.rows(self.rate_hz)?;
         let names = ChannelNames(self.channels.clone().map(|(name, _)| name));
         let injections = self.resolved_injections(&names)?;
         let share = ExplainedShare::new(self.explained_share as f32).map_err(|e| settings(e.into()))?;
-        // Settings are refused before a long log is read.
-        self.config(&window, Bank::from_fn(|_| NO_LIMIT)).and_then(|config| Monitor::new(&config).map_err(settings))?;
-
         // What is missing or a directory is told of when it is opened.
         if std::fs::metadata(&self.path).is_ok_and(|data| !data.is_file() && !data.is_dir()) {
             return Err(ReplayError::NotAFile(self.path.clone()));
         }
-        let learning = self.learn(&window, &injections, &names)?;
-        let baseline = Baseline::learn(&learning.moments, share).map_err(|e| learning_refused(&names, e))?;
-        let calibration = self.calibrate(&window, &injections, &baseline, learning.set_point)?;
-        let thresholds = match self.limits {
-            Limits::Fixed(thresholds) => thresholds,
-            Limits::FromLearning { margin } => {
-                ByModel::from_fn(|model| margin * f64::from(*calibration.peak.residuals.get(model)))
-            }
+        // Settings are refused before a long log is read.
+        self.config(Bank::from_fn(|_| NO_LIMIT)).and_then(|config| Monitor::new(&config).map_err(settings))?;
+        let start = match &self.learn {
+            Learn::Window(window) => self.start_from_window(&window.rows(self.rate_hz)?, &injections, &names, share)?,
+            Learn::Stored(stored) => self.start_from_stored(stored, &names, share)?,
         };
-        let config = self.config(&window, ByModel::from_fn(|model| *thresholds.get(model) as f32).bank())?;
-        let monitor = Monitor::new(&config).map_err(settings)?.starting_from(baseline, learning.set_point as f32);
-        let judged = self.judge(&window, &injections, &names, monitor, trace(&names)?, tick)?;
+        let config = self.config(ByModel::from_fn(|model| *start.thresholds.get(model) as f32).bank())?;
+        let monitor = Monitor::new(&config).map_err(settings)?.starting_from(start.baseline, start.set_point as f32);
+        let judged = self.judge(&start, &injections, &names, monitor, trace(&names)?, tick)?;
 
-        let learned = learned(&window, &learning, &baseline, &calibration, &names);
         let report = ReplayReport {
             mode: "paper",
             log: self.path.clone(),
@@ -245,9 +238,9 @@ impl Replay {
             rate_hz: self.rate_hz,
             samples: judged.recording.samples,
             skipped: judged.skipped,
-            learned,
+            learned: start.learned.clone(),
             cutoff_hz: self.cutoff(),
-            limits: thresholds,
+            limits: start.thresholds,
             coverage: judged.recording.phases,
             refused: judged.refused,
             exit: u8::from(!judged.alarms.is_empty()),
@@ -256,18 +249,38 @@ impl Replay {
             notes: judged.notes,
             files: judged.trace.into_iter().collect(),
         };
-        Ok(Replayed { report, recording: judged.recording, names })
+        let stored = StoredBaseline {
+            channels: names.0.clone(),
+            rate_hz: self.rate_hz,
+            set_point: start.set_point,
+            cutoff_hz: self.cutoff(),
+            thresholds: start.thresholds,
+            ..StoredBaseline::of(&start.baseline)
+        };
+        Ok(Replayed { report, recording: judged.recording, names, baseline: stored })
     }
 
     fn cutoff(&self) -> f64 {
-        self.cutoff_hz.unwrap_or_else(|| Self::default_cutoff_hz(self.rate_hz))
+        let stored = match &self.learn {
+            Learn::Window(_) => None,
+            Learn::Stored(stored) => Some(stored.cutoff_hz),
+        };
+        self.cutoff_hz.or(stored).unwrap_or_else(|| Self::default_cutoff_hz(self.rate_hz))
     }
 
-    fn config(&self, window: &Range<u64>, thresholds: Bank<f32>) -> Result<Config, ReplayError> {
-        let window_s = (window.end - window.start) as f64 / self.rate_hz;
+    /// How long the monitor learns after a change of the set point: as long as before it, if nothing else was said.
+    fn relearn(&self) -> Result<f64, ReplayError> {
+        let samples = match &self.learn {
+            Learn::Window(window) => window.rows(self.rate_hz).map(|rows| rows.end - rows.start)?,
+            Learn::Stored(stored) => u64::from(stored.samples),
+        };
+        Ok(self.relearn_s.unwrap_or(samples as f64 / self.rate_hz))
+    }
+
+    fn config(&self, thresholds: Bank<f32>) -> Result<Config, ReplayError> {
         Ok(Config {
             settle_s: self.settle_s as f32,
-            learn_s: self.relearn_s.unwrap_or(window_s) as f32,
+            learn_s: self.relearn()? as f32,
             set_point_tolerance: self.set_point_tolerance as f32,
             explained_share: self.explained_share as f32,
             cutoff_hz: self.cutoff() as f32,
@@ -287,85 +300,14 @@ impl Replay {
         LogReader::open(&self.path, &columns, self.log)
     }
 
-    /// First pass: the moments of the window, and those of its two halves.
-    fn learn(
-        &self,
-        window: &Range<u64>,
-        injections: &[ResolvedInjection],
-        names: &ChannelNames,
-    ) -> Result<Learning, ReplayError> {
-        let mut log = self.open()?;
-        let mut learning = Learning::default();
-        let middle = window.start + (window.end - window.start) / 2;
-        let mut began_at = None;
-        let mut rows = 0;
-        while rows < window.end {
-            let Some(reading) = next_reading(&mut log, injections)? else {
-                return Err(ReplayError::WindowOutside { window: window.clone(), rows });
-            };
-            rows = reading.row + 1;
-            if !window.contains(&reading.row) {
-                continue;
-            }
-            if !reading.is_finite() {
-                learning.skipped += 1;
-                continue;
-            }
-            let from = *began_at.get_or_insert(reading.set_point);
-            if (reading.set_point - from).abs() > self.set_point_tolerance {
-                return Err(ReplayError::SetPointChanges { row: reading.row, from, to: reading.set_point });
-            }
-            learning.moments.push(reading.channels());
-            let half = if reading.row < middle { &mut learning.first_half } else { &mut learning.second_half };
-            half.push(reading.channels());
-        }
-        learning.set_point = began_at.ok_or_else(|| learning_refused(names, LearnError::TooShort { samples: 0 }))?;
-        Ok(learning)
-    }
-
-    /// Second pass: how far the residuals of the window itself go.
-    fn calibrate(
-        &self,
-        window: &Range<u64>,
-        injections: &[ResolvedInjection],
-        baseline: &Baseline,
-        set_point: f64,
-    ) -> Result<Calibration, ReplayError> {
-        let config = self.config(window, Bank::from_fn(|_| NO_LIMIT))?;
-        let mut monitor = Monitor::new(&config).map_err(settings)?.starting_from(*baseline, set_point as f32);
-        let mut calibration = Calibration::default();
-        let mut log = self.open()?;
-        while let Some(reading) = next_reading(&mut log, injections)? {
-            if reading.row >= window.end {
-                break;
-            }
-            if reading.row < window.start || !reading.is_finite() {
-                continue;
-            }
-            let verdict = monitor.step_channels(reading.set_point as f32, reading.channels());
-            if let Some(residuals) = verdict.residuals {
-                calibration.peak.push(residuals);
-            }
-            let z = baseline
-                .deviation(reading.channels())
-                .into_iter()
-                .zip(baseline.sigma())
-                .map(|(d, s)| f64::from((d / s).abs()));
-            for (largest, z) in calibration.largest_deviation.iter_mut().zip(z) {
-                *largest = f64::max(*largest, z);
-            }
-        }
-        Ok(calibration)
-    }
-
     /// Third pass: record everything, judge what lies behind the window.
     fn judge(
         &self,
-        window: &Range<u64>,
+        start: &Start,
         injections: &[ResolvedInjection],
         names: &ChannelNames,
         mut monitor: Monitor,
-        mut trace: TraceWriter,
+        mut trace: Option<TraceWriter>,
         mut tick: impl FnMut(u64),
     ) -> Result<Judged, ReplayError> {
         let mut log = self.open()?;
@@ -375,7 +317,7 @@ impl Replay {
             let Reading { row, set_point, x } = reading;
             judged.skipped += u64::from(!reading.is_finite());
             // A last row without a line end may be cut inside its last number; one wrong value would raise an alarm.
-            if row < window.end || log.ends_without_newline() {
+            if row < start.row || log.ends_without_newline() {
                 judged.recording.push_signals(row, set_point, x);
             } else {
                 let verdict = monitor.step_channels(set_point as f32, reading.channels());
@@ -386,9 +328,16 @@ impl Replay {
                 }
                 judged.recording.push(row, set_point, x, &verdict);
                 alarms.push(row, &verdict, || monitor.contributions(reading.channels()));
-                let set_point = self.set_point.as_ref().map(|_| set_point);
-                let t_s = judged.recording.seconds(row);
-                trace.write(TraceRow { row, t_s, set_point, x, verdict: &verdict })?;
+                if let Some(trace) = &mut trace {
+                    let set_point = self.set_point.as_ref().map(|_| set_point);
+                    let t_s = judged.recording.seconds(row);
+                    trace.write(TraceRow { row, t_s, set_point, x, verdict: &verdict })?;
+                }
+                // The same set point again: judge by what was learned there, instead of learning what may be a fault.
+                let known = (set_point - start.set_point).abs() <= self.set_point_tolerance;
+                if self.recall && known && verdict.phase == Phase::Learning {
+                    monitor.recall(start.baseline);
+                }
             }
             if row % TICK_ROWS == 0 {
                 tick(log.bytes_read());
@@ -396,26 +345,9 @@ impl Replay {
         }
         judged.alarms = alarms.finish();
         judged.notes = notes(&log, &judged.recording);
-        judged.trace = Some(trace.finish()?);
+        judged.trace = trace.map(TraceWriter::finish).transpose()?;
         Ok(judged)
     }
-}
-
-/// What the first pass gathered.
-#[derive(Clone, Debug, Default)]
-struct Learning {
-    moments: Moments<3>,
-    first_half: Moments<3>,
-    second_half: Moments<3>,
-    set_point: f64,
-    skipped: u64,
-}
-
-/// What the second pass saw.
-#[derive(Clone, Debug, Default)]
-struct Calibration {
-    peak: Peak,
-    largest_deviation: [f64; 3],
 }
 
 /// What the third pass made.
@@ -434,21 +366,6 @@ impl Judged {
         let recording = Recording::new(rate_hz);
         Judged { recording, alarms: Vec::new(), refused: Vec::new(), skipped: 0, notes: Vec::new(), trace: None }
     }
-}
-
-fn next_reading(log: &mut LogReader, injections: &[ResolvedInjection]) -> Result<Option<Reading>, LogError> {
-    let Some(row) = log.next_row()? else { return Ok(None) };
-    let (index, values) = (row.row, row.values);
-    // Three channels, and the set point behind them where there is one.
-    let mut x = [f64::NAN; 3];
-    for (value, from) in x.iter_mut().zip(values) {
-        *value = *from;
-    }
-    let set_point = values.get(3).copied().unwrap_or(0.0);
-    for injection in injections {
-        injection.apply(index, &mut x);
-    }
-    Ok(Some(Reading { row: index, set_point, x }))
 }
 
 fn settings(error: ConfigError) -> ReplayError {

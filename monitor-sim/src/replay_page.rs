@@ -17,7 +17,7 @@ const LISTED_ALARMS: usize = 200;
 /// # Errors
 /// [`ChartError`] when a picture cannot be drawn.
 pub fn page(replay: &Replay, replayed: &Replayed) -> Result<String, ChartError> {
-    let Replayed { report, recording, names } = replayed;
+    let Replayed { report, recording, names, .. } = replayed;
     let axis = axis(replay, replayed);
     let found = match report.alarms.len() {
         0 => "No fault found".to_owned(),
@@ -91,17 +91,18 @@ fn figure(caption: &str, pictures: Vec<Picture>) -> Block {
 fn axis(replay: &Replay, replayed: &Replayed) -> TimeAxis {
     let Replayed { report, recording, .. } = replayed;
     let end = recording.seconds(report.samples);
-    let learning = Band {
-        from: recording.seconds(report.learned.start_row),
-        to: recording.seconds(report.learned.end_row),
+    let window = report.learned.start_row.zip(report.learned.end_row);
+    let learning = window.map(|(start, end)| Band {
+        from: recording.seconds(start),
+        to: recording.seconds(end),
         label: "learning".to_owned(),
-    };
+    });
     let injected = replay.injections.iter().map(|injection| Band {
         from: recording.seconds(injection.first_row()),
         to: injection.end_row().map_or(end, |row| recording.seconds(row)),
         label: injection.to_string(),
     });
-    TimeAxis { range: (0.0, end), scaled_from: 0.0, bands: std::iter::once(learning).chain(injected).collect() }
+    TimeAxis { range: (0.0, end), scaled_from: 0.0, bands: learning.into_iter().chain(injected).collect() }
 }
 
 fn signal(name: &str, signal: &Envelope, stacked: bool, axis: &TimeAxis) -> Result<Picture, ChartError> {

@@ -7,7 +7,7 @@ use crate::mission::MissionReport;
 use crate::names::{self, ByModel, ChannelNames, located};
 use crate::page::Block;
 use crate::paper::{self, PaperRow, RAMP_VALUES, TABLE_1, TABLE_2};
-use crate::replay::{Alarm, Learned};
+use crate::replay::{Alarm, Learned, Quality};
 use crate::score::{FaultScore, Method};
 use crate::settings::FoundBy;
 use crate::tune::{SweepRow, TuneReport};
@@ -134,13 +134,23 @@ fn ramps(report: &MissionReport) -> TextTable {
 /// What a replay learned of each channel.
 #[must_use]
 pub fn learned(learned: &Learned, names: &ChannelNames) -> TextTable {
-    let caption = format!("Learned from {} samples, rows {} to {}", learned.n, learned.start_row, learned.end_row - 1);
-    let quality = &learned.quality;
-    let values =
-        learned.mean.iter().zip(learned.sigma).zip(quality.half_shift_sigma).zip(quality.largest_deviation_sigma);
-    let rows = names.0.iter().zip(values).map(|(name, (((mean, sigma), shift), furthest))| {
-        [name.clone(), significant(*mean), significant(sigma), format!("{shift:+.2}"), format!("{furthest:.1}")]
-    });
+    let rows = learned.start_row.zip(learned.end_row).map(|(start, end)| format!("rows {start} to {}", end - 1));
+    let caption = match rows {
+        Some(rows) => format!("Learned from {} samples, {rows}", learned.n),
+        None => format!("A stored baseline, learned from {} samples", learned.n),
+    };
+    let Quality { half_shift_sigma, largest_deviation_sigma, .. } = &learned.quality;
+    let row = |k: usize, name: &String| {
+        let of = |values: &[f64; 3]| values.get(k).copied().unwrap_or(f64::NAN);
+        [
+            name.clone(),
+            significant(of(&learned.mean)),
+            significant(of(&learned.sigma)),
+            half_shift_sigma.as_ref().map_or_else(|| "-".to_owned(), |shift| format!("{:+.2}", of(shift))),
+            largest_deviation_sigma.as_ref().map_or_else(|| "-".to_owned(), |furthest| format!("{:.1}", of(furthest))),
+        ]
+    };
+    let rows = names.0.iter().enumerate().map(|(k, name)| row(k, name));
     TextTable::new(caption, ["", "mean", "sigma", "shift, sigma", "furthest, sigma"]).with_rows(rows)
 }
 

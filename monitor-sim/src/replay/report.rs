@@ -8,7 +8,7 @@ use monitor_core::sample::ModelId;
 use serde::Serialize;
 
 use super::alarm::Alarm;
-use super::{Calibration, Learning};
+use super::learn::{Calibration, Learning};
 use crate::names::{ByModel, ChannelNames};
 use crate::record::PhaseCounts;
 
@@ -23,10 +23,10 @@ const SPIKE_WARNING_SIGMA: f64 = 8.0;
 pub struct Learned {
     /// Samples learned from.
     pub n: u32,
-    /// First row of the window.
-    pub start_row: u64,
+    /// First row of the window; none if the baseline was stored.
+    pub start_row: Option<u64>,
     /// First row behind it.
-    pub end_row: u64,
+    pub end_row: Option<u64>,
     /// Mean of each channel, in the order of `channels`.
     pub mean: [f64; 3],
     /// Standard deviation of each channel.
@@ -46,10 +46,11 @@ pub struct Quality {
     pub retained: ByModel<usize>,
     /// Largest over smallest eigenvalue of the correlation matrix; none when the smallest is zero.
     pub condition_number: Option<f64>,
-    /// How far each channel's mean moved from the first half of the window to the second, in sigma.
-    pub half_shift_sigma: [f64; 3],
-    /// How far the furthest sample of each channel lies from the mean, in sigma.
-    pub largest_deviation_sigma: [f64; 3],
+    /// How far each channel's mean moved from the first half of the window to the second, in sigma; none if the
+    /// baseline was stored, or a half was too short to tell.
+    pub half_shift_sigma: Option<[f64; 3]>,
+    /// How far the furthest sample of each channel lies from the mean, in sigma; none if the baseline was stored.
+    pub largest_deviation_sigma: Option<[f64; 3]>,
     /// What a person should know about it.
     pub warnings: Vec<String>,
 }
@@ -102,11 +103,10 @@ pub struct ReplayReport {
     pub exit: u8,
 }
 
+/// What is known of a baseline: of a window, by the passes over it, or of a stored one.
 pub(super) fn learned(
-    window: &Range<u64>,
-    learning: &Learning,
     baseline: &Baseline,
-    calibration: &Calibration,
+    window: Option<(&Range<u64>, &Learning, &Calibration)>,
     names: &ChannelNames,
 ) -> Learned {
     let pca = baseline.full().pca();
@@ -114,39 +114,47 @@ pub(super) fn learned(
         ModelId::Full => pca.explained().map(f64::from).to_vec(),
         ModelId::Pair(pair) => baseline.pairs().get(pair).pca().explained().map(f64::from).to_vec(),
     };
-    let eigenvalues: [f32; 3] = (*pca.eigenvalues()).into();
-    let smallest = eigenvalues.last().copied().unwrap_or_default();
-    let halves = learning.first_half.statistics().ok().zip(learning.second_half.statistics().ok());
-    let mut half_shift_sigma = [0.0_f64; 3];
-    if let Some((first, second)) = halves {
-        let sigma = baseline.sigma();
-        let moved: [f32; 3] = (second.mean - first.mean).into();
-        half_shift_sigma = core::array::from_fn(|k| f64::from(moved[k] / sigma[k]));
-    }
+    let [largest, _, smallest]: [f32; 3] = (*pca.eigenvalues()).into();
+    let half_shift_sigma = window.and_then(|(_, learning, _)| half_shift(learning, baseline));
+    let largest_deviation_sigma = window.map(|(_, _, calibration)| calibration.largest_deviation);
     let mut warnings = Vec::new();
-    for ((name, shift), largest) in names.0.iter().zip(half_shift_sigma).zip(calibration.largest_deviation) {
+    for (name, shift) in names.0.iter().zip(half_shift_sigma.unwrap_or_default()) {
         if shift.abs() > SHIFT_WARNING_SIGMA {
-            warnings.push(format!("the mean of '{name}' moves by {shift:.2} sigma from the first half of the window to the second: it is not stationary"));
+            warnings.push(format!(
+                "the mean of '{name}' moves by {shift:.2} sigma from the first half of the window to the second: it is \
+                 not stationary"
+            ));
         }
-        if largest > SPIKE_WARNING_SIGMA {
-            warnings.push(format!("'{name}' has a spike of {largest:.1} sigma in the window: sigma is inflated and small faults are hidden"));
+    }
+    for (name, furthest) in names.0.iter().zip(largest_deviation_sigma.unwrap_or_default()) {
+        if furthest > SPIKE_WARNING_SIGMA {
+            warnings.push(format!(
+                "'{name}' has a spike of {furthest:.1} sigma in the window: sigma is inflated and small faults are hidden"
+            ));
         }
     }
     Learned {
         n: baseline.samples(),
-        start_row: window.start,
-        end_row: window.end,
+        start_row: window.map(|(rows, ..)| rows.start),
+        end_row: window.map(|(rows, ..)| rows.end),
         mean: baseline.mean().map(f64::from),
         sigma: baseline.sigma().map(f64::from),
         quality: Quality {
-            skipped: learning.skipped,
+            skipped: window.map_or(0, |(_, learning, _)| learning.skipped),
             explained: ByModel::from_fn(explained),
             retained: ByModel::from_fn(|model| *baseline.retained().get(model)),
-            condition_number: (smallest > 0.0)
-                .then(|| f64::from(eigenvalues.first().copied().unwrap_or_default() / smallest)),
+            condition_number: (smallest > 0.0).then(|| f64::from(largest / smallest)),
             half_shift_sigma,
-            largest_deviation_sigma: calibration.largest_deviation,
+            largest_deviation_sigma,
             warnings,
         },
     }
+}
+
+/// How far the mean of each channel moved from one half of the window to the other, in sigma.
+fn half_shift(learning: &Learning, baseline: &Baseline) -> Option<[f64; 3]> {
+    let (first, second) = (learning.first_half.statistics().ok()?, learning.second_half.statistics().ok()?);
+    let moved: [f32; 3] = (second.mean - first.mean).into();
+    let sigma = baseline.sigma();
+    Some(std::array::from_fn(|k| f64::from(moved[k] / sigma[k])))
 }

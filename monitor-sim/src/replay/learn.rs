@@ -1,0 +1,186 @@
+//! Where judging starts from: a window of the log that is learned, or a baseline learned before.
+
+use std::ops::Range;
+
+use monitor_core::moments::{LearnError, Moments};
+use monitor_core::pca::ExplainedShare;
+use monitor_core::sample::Bank;
+use monitor_core::{Baseline, Monitor};
+
+use super::report::{Learned, learned};
+use super::{Limits, NO_LIMIT, Replay, ReplayError, learning_refused, settings};
+use crate::inject::ResolvedInjection;
+use crate::log::{LogError, LogReader};
+use crate::names::{ByModel, ChannelNames};
+use crate::record::Peak;
+use crate::stored::StoredBaseline;
+
+/// What judging starts from.
+#[derive(Debug)]
+pub(super) struct Start {
+    /// First row that is judged.
+    pub(super) row: u64,
+    /// Set point of the baseline.
+    pub(super) set_point: f64,
+    pub(super) baseline: Baseline,
+    pub(super) thresholds: ByModel<f64>,
+    pub(super) learned: Learned,
+}
+
+/// A sample of the log with its row.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Reading {
+    pub(super) row: u64,
+    pub(super) set_point: f64,
+    pub(super) x: [f64; 3],
+}
+
+impl Reading {
+    pub(super) fn is_finite(&self) -> bool {
+        self.set_point.is_finite() && self.x.iter().all(|value| value.is_finite())
+    }
+
+    pub(super) fn channels(&self) -> [f32; 3] {
+        self.x.map(|value| value as f32)
+    }
+}
+
+/// What the first pass gathered.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Learning {
+    pub(super) moments: Moments<3>,
+    pub(super) first_half: Moments<3>,
+    pub(super) second_half: Moments<3>,
+    pub(super) set_point: f64,
+    pub(super) skipped: u64,
+}
+
+/// What the second pass saw.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Calibration {
+    pub(super) peak: Peak,
+    pub(super) largest_deviation: [f64; 3],
+}
+
+impl Replay {
+    /// Learns a window of the log and finds the thresholds.
+    pub(super) fn start_from_window(
+        &self,
+        window: &Range<u64>,
+        injections: &[ResolvedInjection],
+        names: &ChannelNames,
+        share: ExplainedShare,
+    ) -> Result<Start, ReplayError> {
+        let learning = self.learn_window(window, injections, names)?;
+        let baseline = Baseline::learn(&learning.moments, share).map_err(|e| learning_refused(names, e))?;
+        let calibration = self.calibrate(window, injections, &baseline, learning.set_point)?;
+        let thresholds = match self.limits {
+            Limits::Fixed(thresholds) => thresholds,
+            Limits::FromLearning { margin } => {
+                ByModel::from_fn(|model| margin * f64::from(*calibration.peak.residuals.get(model)))
+            }
+        };
+        let learned = learned(&baseline, Some((window, &learning, &calibration)), names);
+        Ok(Start { row: window.end, set_point: learning.set_point, baseline, thresholds, learned })
+    }
+
+    /// Takes a baseline and its thresholds from a file; the log is judged from its first row.
+    pub(super) fn start_from_stored(
+        &self,
+        stored: &StoredBaseline,
+        names: &ChannelNames,
+        share: ExplainedShare,
+    ) -> Result<Start, ReplayError> {
+        stored.check(names, self.rate_hz).map_err(ReplayError::Baseline)?;
+        let baseline = Baseline::from_stored(&stored.numbers(), share)
+            .map_err(|error| ReplayError::Baseline(names.explain_baseline(error)))?;
+        let learned = learned(&baseline, None, names);
+        Ok(Start { row: 0, set_point: stored.set_point, baseline, thresholds: stored.thresholds, learned })
+    }
+
+    /// First pass: the moments of the window, and those of its two halves.
+    fn learn_window(
+        &self,
+        window: &Range<u64>,
+        injections: &[ResolvedInjection],
+        names: &ChannelNames,
+    ) -> Result<Learning, ReplayError> {
+        let mut log = self.open()?;
+        let mut learning = Learning::default();
+        let middle = window.start + (window.end - window.start) / 2;
+        let mut began_at = None;
+        let mut rows = 0;
+        while rows < window.end {
+            let Some(reading) = next_reading(&mut log, injections)? else {
+                return Err(ReplayError::WindowOutside { window: window.clone(), rows });
+            };
+            rows = reading.row + 1;
+            if !window.contains(&reading.row) {
+                continue;
+            }
+            if !reading.is_finite() {
+                learning.skipped += 1;
+                continue;
+            }
+            let from = *began_at.get_or_insert(reading.set_point);
+            if (reading.set_point - from).abs() > self.set_point_tolerance {
+                return Err(ReplayError::SetPointChanges { row: reading.row, from, to: reading.set_point });
+            }
+            learning.moments.push(reading.channels());
+            let half = if reading.row < middle { &mut learning.first_half } else { &mut learning.second_half };
+            half.push(reading.channels());
+        }
+        learning.set_point = began_at.ok_or_else(|| learning_refused(names, LearnError::TooShort { samples: 0 }))?;
+        Ok(learning)
+    }
+
+    /// Second pass: how far the residuals of the window itself go.
+    fn calibrate(
+        &self,
+        window: &Range<u64>,
+        injections: &[ResolvedInjection],
+        baseline: &Baseline,
+        set_point: f64,
+    ) -> Result<Calibration, ReplayError> {
+        let config = self.config(Bank::from_fn(|_| NO_LIMIT))?;
+        let mut monitor = Monitor::new(&config).map_err(settings)?.starting_from(*baseline, set_point as f32);
+        let mut calibration = Calibration::default();
+        let mut log = self.open()?;
+        while let Some(reading) = next_reading(&mut log, injections)? {
+            if reading.row >= window.end {
+                break;
+            }
+            if reading.row < window.start || !reading.is_finite() {
+                continue;
+            }
+            let verdict = monitor.step_channels(reading.set_point as f32, reading.channels());
+            if let Some(residuals) = verdict.residuals {
+                calibration.peak.push(residuals);
+            }
+            let z = baseline
+                .deviation(reading.channels())
+                .into_iter()
+                .zip(baseline.sigma())
+                .map(|(d, s)| f64::from((d / s).abs()));
+            for (largest, z) in calibration.largest_deviation.iter_mut().zip(z) {
+                *largest = f64::max(*largest, z);
+            }
+        }
+        Ok(calibration)
+    }
+}
+
+pub(super) fn next_reading(log: &mut LogReader, injections: &[ResolvedInjection]) -> Result<Option<Reading>, LogError> {
+    let Some(row) = log.next_row()? else { return Ok(None) };
+    let (index, values) = (row.row, row.values);
+    // Three channels, and the set point behind them where there is one.
+    let mut x = [f64::NAN; 3];
+    for (value, from) in x.iter_mut().zip(values) {
+        *value = *from;
+    }
+    let set_point = values.get(3).copied().unwrap_or(0.0);
+    for injection in injections {
+        injection.apply(index, &mut x);
+    }
+    Ok(Some(Reading { row: index, set_point, x }))
+}
