@@ -32,6 +32,20 @@ Examples:
 Rows count from 0 (the first row under the header). Rows before and inside the learning window are not judged.
 Exit codes: 0 no fault, 1 a fault was reported, 2 the input or the command line was wrong.";
 
+const TUNE_EXAMPLES: &str = "\
+Examples:
+  monitor-sim tune                                      thresholds for the default motor, printed
+  monitor-sim tune --scenario my.toml --out my-limits.toml
+  monitor-sim --scenario my.toml --limits my-limits.toml
+  monitor-sim tune --runs 64 --margin 2 --json | jq .sweep
+
+Exit codes: 0 done, 2 the input or the command line was wrong.";
+
+const SCENARIO_EXAMPLES: &str = "\
+Examples:
+  monitor-sim scenario > my.toml         a copy to edit
+  monitor-sim --scenario my.toml         fly it";
+
 /// Finds faults of a thruster motor: flies a simulated mission, replays a recorded log, tunes thresholds.
 ///
 /// Without a command it flies the mission of the paper's figure 1 and prints its tables.
@@ -49,8 +63,10 @@ pub(crate) enum Command {
     /// Replay a recorded log: learn over a window, judge the rest
     Replay(Box<ReplayArgs>),
     /// Find thresholds for a motor by borderline fault-free and faulty runs
+    #[command(after_help = TUNE_EXAMPLES)]
     Tune(TuneArgs),
     /// Print the default scenario, to be edited and given to --scenario
+    #[command(after_help = SCENARIO_EXAMPLES)]
     Scenario,
 }
 
@@ -76,7 +92,7 @@ pub(crate) struct MissionArgs {
     #[arg(long, value_enum, default_value_t = Faults::Step)]
     pub(crate) faults: Faults,
     /// Seed of the sensor noise
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     pub(crate) seed: u64,
     /// Directory for the page and the traces
     #[arg(long, value_name = "DIR", default_value = "monitor-out")]
@@ -93,25 +109,25 @@ pub(crate) struct ReplayArgs {
     #[arg(value_name = "LOG.csv")]
     pub(crate) log: PathBuf,
     /// Column of the shaft speed: header name, or number from 1
-    #[arg(long, value_name = "COL", requires_all = ["current", "voltage"], required_unless_present = "channel")]
+    #[arg(long, value_name = "COL", allow_negative_numbers = true, requires_all = ["current", "voltage"], required_unless_present = "channel")]
     pub(crate) speed: Option<ColumnRef>,
     /// Column of the armature current
-    #[arg(long, value_name = "COL", requires = "speed")]
+    #[arg(long, value_name = "COL", allow_negative_numbers = true, requires = "speed")]
     pub(crate) current: Option<ColumnRef>,
     /// Column of the armature voltage
-    #[arg(long, value_name = "COL", requires = "speed")]
+    #[arg(long, value_name = "COL", allow_negative_numbers = true, requires = "speed")]
     pub(crate) voltage: Option<ColumnRef>,
     /// Any other channel, three times: a name of yours and its column
     #[arg(long, value_name = "NAME=COL", value_parser = named_column, conflicts_with_all = ["speed", "current", "voltage"])]
     pub(crate) channel: Vec<(String, ColumnRef)>,
     /// Column of the set point; without it the set point counts as constant
-    #[arg(long, value_name = "COL")]
+    #[arg(long, value_name = "COL", allow_negative_numbers = true)]
     pub(crate) set_point: Option<ColumnRef>,
     /// Rows per second
     #[arg(long, value_name = "R", allow_negative_numbers = true)]
     pub(crate) rate_hz: f64,
     /// Where to learn what healthy means: rows A..B, or seconds As..Bs
-    #[arg(long, value_name = "A..B", required_unless_present = "baseline")]
+    #[arg(long, value_name = "A..B", allow_hyphen_values = true, required_unless_present = "baseline")]
     pub(crate) learn: Option<RowWindow>,
     /// Judge from the first row by a baseline that an earlier replay wrote (baseline.toml), instead of learning
     #[arg(long, value_name = "FILE", conflicts_with_all = ["learn", "margin", "limits", "cutoff_hz"])]
@@ -135,7 +151,7 @@ pub(crate) struct ReplayArgs {
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     pub(crate) cutoff_hz: Option<f64>,
     /// Threshold over the largest residual of the learning window
-    #[arg(long, value_name = "X", default_value_t = 1.5, allow_negative_numbers = true)]
+    #[arg(long, value_name = "X", default_value_t = 1.5, allow_negative_numbers = true, value_parser = positive)]
     pub(crate) margin: f64,
     /// Thresholds file, as `tune` writes it, instead of limits from the learning window
     #[arg(long, value_name = "FILE", conflicts_with_all = ["margin", "cutoff_hz"])]
@@ -163,16 +179,16 @@ pub(crate) struct TuneArgs {
     #[arg(long, value_name = "FILE")]
     pub(crate) scenario: Option<PathBuf>,
     /// Runs of each kind: to set the thresholds, and again to check them
-    #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    #[arg(long, default_value_t = 16, allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     pub(crate) runs: u64,
     /// Seed of the first run
-    #[arg(long, default_value_t = 1000)]
+    #[arg(long, default_value_t = 1000, allow_negative_numbers = true)]
     pub(crate) seed: u64,
     /// Threshold over the largest fault-free residual
-    #[arg(long, default_value_t = 1.5, value_parser = positive)]
+    #[arg(long, default_value_t = 1.5, allow_negative_numbers = true, value_parser = positive)]
     pub(crate) margin: f64,
     /// Size of the borderline faults, as a share of the scenario's
-    #[arg(long, default_value_t = 0.25, value_parser = positive)]
+    #[arg(long, default_value_t = 0.25, allow_negative_numbers = true, value_parser = positive)]
     pub(crate) borderline: f64,
     /// Write the thresholds to this file, for --limits; print them if none
     #[arg(long, value_name = "FILE")]

@@ -18,7 +18,7 @@ pub enum OutputError {
         source: std::io::Error,
     },
     /// A file cannot be written.
-    #[error("cannot write '{}': {source}", path.display())]
+    #[error("cannot write '{}': {source}; choose another path with --out", path.display())]
     File {
         /// The file.
         path: PathBuf,
@@ -76,6 +76,10 @@ impl PendingFile {
     /// # Errors
     /// [`OutputError::File`] when the system refuses.
     pub fn create(path: &Path) -> Result<Self, OutputError> {
+        if path.is_dir() {
+            let source = std::io::Error::from(std::io::ErrorKind::IsADirectory);
+            return Err(OutputError::File { path: path.to_owned(), source });
+        }
         let directory = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         match NamedTempFile::new_in(directory) {
             Ok(file) => Ok(PendingFile { path: path.to_owned(), writer: BufWriter::with_capacity(1 << 16, file) }),

@@ -1,0 +1,9 @@
+//! The command line, driven as its users drive it: a process in a directory of its own.
+
+mod bad_logs;
+mod bad_options;
+mod desk;
+mod mission;
+mod replay;
+mod tune;
+mod writings;
