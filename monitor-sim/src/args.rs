@@ -11,26 +11,33 @@ use monitor_sim::window::RowWindow;
 
 const EXAMPLES: &str = "\
 Examples:
-  monitor-sim                                    fly the paper's mission, print its tables, write the page
-  monitor-sim --faults ramp --seed 7             the same with growing faults and other noise
-  monitor-sim --scenario my.toml --out results   a mission of your own (see `monitor-sim scenario`)
-  monitor-sim --json | jq .faults                the tables for machines
-  monitor-sim replay log.csv --speed rpm --current amps --voltage volts --rate-hz 50 --learn 5s..20s
-  monitor-sim tune --out limits.toml             find thresholds for a motor by borderline runs
+  monitor-sim                                 fly the paper's mission, write tables and page
+  monitor-sim --faults ramp --seed 7          the same with growing faults and other noise
+  monitor-sim --scenario my.toml --out DIR    a mission of your own
+  monitor-sim --json | jq .faults             the tables for machines
+  monitor-sim scenario > my.toml              a scenario to edit
+  monitor-sim tune --out limits.toml          find thresholds by borderline runs
+  monitor-sim replay log.csv --speed rpm --current amps --voltage volts \\
+      --rate-hz 50 --learn 5s..20s            find faults in a recorded log
 
-Exit codes: 0 done (replay: no fault), 1 replay reported a fault, 2 the input or the command line was wrong.";
+Exit codes: 0 done (replay: no fault), 1 replay reported a fault, 2 wrong input.";
 
 const REPLAY_EXAMPLES: &str = "\
 Examples:
-  monitor-sim replay log.csv --speed rpm --current amps --voltage volts --rate-hz 50 --learn 5s..20s
-  monitor-sim replay log.csv --speed 2 --current 3 --voltage 4 --set-point 1 --rate-hz 50 --learn 0..1000
-  monitor-sim replay pump.csv --channel current=Current --channel voltage=Voltage --channel flow=Flow \\
-      --rate-hz 1 --learn 0..400
+  monitor-sim replay log.csv --speed rpm --current amps --voltage volts \\
+      --rate-hz 50 --learn 5s..20s
+  monitor-sim replay log.csv --speed 2 --current 3 --voltage 4 --set-point 1 \\
+      --rate-hz 50 --learn 0..1000
+  monitor-sim replay pump.csv --channel current=Current --channel voltage=Voltage \\
+      --channel flow=Flow --rate-hz 1 --learn 0..400
   monitor-sim replay log.csv ... --inject current:+0.5@800 --inject speed:ramp+2@1200..1600
-      add faults to a healthy log: an offset from row 800 on, a ramp over rows 1200 to 1599
+      an offset from row 800 on and a ramp over rows 1200 to 1599, added to a healthy log
+  monitor-sim replay next.csv ... --baseline monitor-out/baseline.toml
+      judge another log by what was learned from the first
 
-Rows count from 0 (the first row under the header). Rows before and inside the learning window are not judged.
-Exit codes: 0 no fault, 1 a fault was reported, 2 the input or the command line was wrong.";
+Rows count from 0 (the first row under the header). Rows before and inside the learning
+window are not judged.
+Exit codes: 0 no fault, 1 a fault was reported, 2 wrong input.";
 
 const TUNE_EXAMPLES: &str = "\
 Examples:
