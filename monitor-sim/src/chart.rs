@@ -3,12 +3,14 @@
 //! `plotters` draws in marker colours; the page's style sheet gives each its colour in the light and the dark theme
 //! ([`STYLE`]). Legends are made of HTML above a picture, so that they never cover data.
 
+mod ordinate;
+
 use std::fmt::Write as _;
 
-use plotters::coord::ranged1d::{NoDefaultFormatting, ValueFormatter};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
+use self::ordinate::{Ordinate, tick};
 use crate::envelope::Envelope;
 use crate::intervals::Interval;
 
@@ -25,10 +27,6 @@ const BOTTOM: u32 = 48;
 const BOTTOM_STACKED: u32 = 26;
 const ROW_HEIGHT: u32 = 26;
 const FONT: (&str, u32) = ("sans-serif", 14);
-/// Logarithmic axes show nothing below this share of the lowest limit: what is further down is the filter's ringing.
-const BELOW_LIMIT: f64 = 0.1;
-/// Without a limit, nothing below this share of their top.
-const BELOW_TOP: f64 = 1e-7;
 
 /// Marker colours: never seen, but replaced by the style sheet.
 const INK: RGBColor = RGBColor(1, 1, 1);
@@ -165,94 +163,6 @@ impl Swatch {
 #[must_use]
 pub fn in_seconds(intervals: &[Interval], rate_hz: f64) -> Vec<(f64, f64)> {
     intervals.iter().map(|i| (i.start as f64 / rate_hz, i.end as f64 / rate_hz)).collect()
-}
-
-/// An ordinate from low to high, linear or logarithmic, with tick labels a person would write.
-#[derive(Clone)]
-struct Ordinate {
-    low: f64,
-    high: f64,
-    log: bool,
-}
-
-impl Ordinate {
-    fn of(chart: &TimeChart, axis: &TimeAxis) -> Ordinate {
-        let limits = chart.limits.iter().map(|(_, level)| (*level, *level));
-        let ranges = chart.series.iter().filter_map(|s| s.signal.range_from(axis.scaled_from)).chain(limits);
-        let (low, high) = ranges.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), (a, b)| (l.min(a), h.max(b)));
-        let (low, high) = if low <= high { (low, high) } else { (0.0, 1.0) };
-        if chart.log_y {
-            let high = if high > 0.0 { 10_f64.powf(high.log10().ceil()) } else { 1.0 };
-            let lowest = chart.limits.iter().map(|(_, level)| level * BELOW_LIMIT).fold(f64::INFINITY, f64::min);
-            let low = if lowest.is_finite() { lowest } else { low.max(high * BELOW_TOP) };
-            let low = 10_f64.powf(low.log10().floor());
-            return Ordinate { low: low.min(high / 10.0), high, log: true };
-        }
-        // A little room above and below; a constant signal gets a little of its own size.
-        let room = if high > low { 0.05 * (high - low) } else { 0.05 * high.abs().max(1.0) };
-        Ordinate { low: low - room, high: high + room, log: false }
-    }
-}
-
-impl Ranged for Ordinate {
-    type FormatOption = NoDefaultFormatting;
-    type ValueType = f64;
-
-    fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
-        let position = if self.log {
-            (value.max(self.low) / self.low).ln() / (self.high / self.low).ln()
-        } else {
-            (value - self.low) / (self.high - self.low)
-        };
-        limit.0 + (position.clamp(0.0, 1.0) * f64::from(limit.1 - limit.0)).round() as i32
-    }
-
-    fn key_points<Hint: plotters::coord::ranged1d::KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
-        if !self.log {
-            return (self.low..self.high).key_points_of(hint.max_num_points());
-        }
-        let (first, last) = (self.low.log10().round() as i32, self.high.log10().round() as i32);
-        let step = ((last - first) / 6 + 1).max(1);
-        (first..=last).step_by(step as usize).map(|exponent| 10_f64.powi(exponent)).collect()
-    }
-
-    fn range(&self) -> std::ops::Range<f64> {
-        self.low..self.high
-    }
-}
-
-/// Round numbers between two values.
-trait RoundNumbers {
-    fn key_points_of(&self, most: usize) -> Vec<f64>;
-}
-
-impl RoundNumbers for std::ops::Range<f64> {
-    fn key_points_of(&self, most: usize) -> Vec<f64> {
-        let rough = (self.end - self.start) / most.clamp(2, 6) as f64;
-        let decade = 10_f64.powf(rough.log10().floor());
-        let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * decade).into_iter().find(|s| *s >= rough).unwrap_or(rough);
-        let first = (self.start / step).ceil();
-        (0..).map(|k| (first + f64::from(k)) * step).take_while(|x| *x <= self.end).take(50).collect()
-    }
-}
-
-impl ValueFormatter<f64> for Ordinate {
-    fn format_ext(&self, value: &f64) -> String {
-        tick(*value, self.log)
-    }
-}
-
-fn tick(value: f64, log: bool) -> String {
-    let size = value.abs();
-    if value == 0.0 {
-        return "0".to_owned();
-    }
-    if (log && !(1e-2..1e4).contains(&size)) || !(1e-4..1e7).contains(&size) {
-        return format!("{value:.0e}");
-    }
-    // What rounding has left behind the sixth digit is not shown.
-    let shown = format!("{value:.6}");
-    shown.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 /// Draws signals over time.
@@ -449,105 +359,4 @@ fn scalable(svg: &str) -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn ramp(n: u32) -> Envelope {
-        let mut envelope = Envelope::default();
-        (0..n).for_each(|k| envelope.push(f64::from(k) * 0.001, f64::from(k % 1000)));
-        envelope
-    }
-
-    fn axis() -> TimeAxis {
-        let band = Band { from: 20.0, to: 40.0, label: "F1 <cord>".to_owned() };
-        TimeAxis { range: (0.0, 140.0), scaled_from: 0.0, bands: vec![band] }
-    }
-
-    #[test]
-    fn a_chart_shows_its_series_its_limit_its_bands_and_its_units() {
-        let signal = ramp(140_000);
-        let series = vec![Series { name: "speed", signal: &signal }];
-        let limits = vec![("threshold".to_owned(), 500.0)];
-        let chart = TimeChart { y_label: "T², 1", log_y: false, series, limits, stacked: false };
-        let Picture { svg, legend } = time_chart(&chart, &axis()).unwrap();
-        assert_eq!(svg.matches("stroke=\"#0B0B0B\"").count(), 1, "one line for the series");
-        assert!(svg.contains("stroke=\"#040404\""), "the limit");
-        assert!(svg.contains("fill=\"#030303\""), "the band");
-        assert!(svg.contains("time, s") && svg.contains("T², 1"));
-        assert!(svg.contains("F1 &lt;cord&gt;") && !svg.contains("<cord>"));
-        assert_eq!(legend.len(), 3);
-        assert!(svg.starts_with("<svg viewBox=\"0 0 1000 280\""));
-    }
-
-    #[test]
-    fn a_gap_breaks_a_line_in_two() {
-        let mut signal = Envelope::default();
-        [1.0, 2.0, f64::NAN, 3.0, 4.0].iter().enumerate().for_each(|(k, y)| signal.push(k as f64, *y));
-        let chart = TimeChart {
-            y_label: "y",
-            log_y: true,
-            series: vec![Series { name: "s", signal: &signal }],
-            limits: vec![],
-            stacked: false,
-        };
-        let svg = time_chart(&chart, &TimeAxis { range: (0.0, 5.0), scaled_from: 0.0, bands: vec![] }).unwrap().svg;
-        assert_eq!(svg.matches("stroke=\"#0B0B0B\"").count(), 2);
-    }
-
-    #[test]
-    fn nothing_to_draw_is_drawn_without_failing() {
-        let empty = Envelope::default();
-        for log_y in [false, true] {
-            let chart = TimeChart {
-                y_label: "y",
-                log_y,
-                series: vec![Series { name: "s", signal: &empty }],
-                limits: vec![],
-                stacked: false,
-            };
-            assert!(time_chart(&chart, &axis()).is_ok());
-        }
-        assert!(logic_chart(&[], &axis()).is_ok());
-        assert!(bar_chart(&[], "share, %", ("80 %", 80.0)).is_ok());
-    }
-
-    #[test]
-    fn every_interval_is_drawn_and_those_closer_than_a_pixel_as_one() {
-        let rows = vec![LogicRow {
-            name: "r1".to_owned(),
-            colour: 0,
-            intervals: vec![(1.0, 2.0), (2.001, 3.0), (50.0, 60.0)],
-        }];
-        let svg = logic_chart(&rows, &axis()).unwrap().svg;
-        assert_eq!(svg.matches("fill=\"#0B0B0B\"").count(), 2);
-        assert!(svg.contains("r1"));
-    }
-
-    #[test]
-    fn bars_carry_their_values_and_the_criterion_is_drawn() {
-        let groups = vec![BarGroup { name: "all".to_owned(), values: vec![60.0, 30.0, 10.0] }];
-        let Picture { svg, legend } = bar_chart(&groups, "share, %", ("80 % criterion", 80.0)).unwrap();
-        assert!(svg.contains("60.0") && svg.contains("10.0"));
-        assert_eq!(legend.last().map(|(s, n)| (*s, n.as_str())), Some((Swatch::Limit, "80 % criterion")));
-    }
-
-    #[test]
-    fn every_marker_colour_has_a_rule_in_the_style_sheet() {
-        for colour in SERIES.iter().chain([&INK, &LIMIT]) {
-            let hex = format!("#{:02X}{:02X}{:02X}", colour.0, colour.1, colour.2);
-            assert!(
-                STYLE.contains(&format!("stroke=\"{hex}\"")) && STYLE.contains(&format!("fill=\"{hex}\"")),
-                "{hex}"
-            );
-        }
-        for variable in ["--ink", "--grid", "--band", "--limit", "--s0", "--s1", "--s2", "--s3"] {
-            assert_eq!(STYLE.matches(&format!("{variable}:")).count(), 3, "{variable} in light, dark and print");
-        }
-    }
-
-    #[test]
-    fn ticks_read_as_a_person_writes_them() {
-        assert_eq!([0.0, 0.1 + 0.2, 300.0, -0.05].map(|v| tick(v, false)), ["0", "0.3", "300", "-0.05"]);
-        assert_eq!([1e-3, 0.01, 10.0, 1e6].map(|v| tick(v, true)), ["1e-3", "0.01", "10", "1e6"]);
-    }
-}
+mod tests;
