@@ -28,6 +28,8 @@ pub enum EigenError {
 
 /// Eigenvalues and eigenvectors of a symmetric matrix.
 ///
+/// An eigenvalue that an `f32` cannot hold (entries near its largest) is infinite; the vectors are right all the same.
+///
 /// `values` descend. Column k of `vectors` belongs to `values[k]`; columns are orthonormal, and the entry of largest
 /// magnitude in each is positive (the first of them when magnitudes tie).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,13 +71,16 @@ impl ClosedFormEigen<3> for SMatrix<f32, 3, 3> {
         if ![a00, a10, a20, a11, a21, a22].iter().all(|a| a.is_finite()) {
             return Err(EigenError::NonFinite);
         }
-        // Step 1. Deviator by differences, halved first: halving is exact and keeps entries near the largest f32 finite.
+        // Step 1. A quarter of the deviator, by differences of eighths of the diagonal: these factors are exact, and an
+        // entry of the deviator, up to 4/3 of the largest of the matrix, may be more than an f32 holds.
         const THIRD: f32 = 1.0 / 3.0;
         const TWO_THIRDS: f32 = 2.0 / 3.0;
         let mean = a00 * THIRD + a11 * THIRD + a22 * THIRD;
-        let (h00, h11, h22) = (0.5 * a00, 0.5 * a11, 0.5 * a22);
-        let (d01, d12, d20) = (h00 - h11, h11 - h22, h22 - h00);
-        let raw = [(d01 - d20) * TWO_THIRDS, a10, a20, (d12 - d01) * TWO_THIRDS, a21, (d20 - d12) * TWO_THIRDS];
+        let (e00, e11, e22) = (0.125 * a00, 0.125 * a11, 0.125 * a22);
+        let (d01, d12, d20) = (e00 - e11, e11 - e22, e22 - e00);
+        let diagonal = [(d01 - d20) * TWO_THIRDS, (d12 - d01) * TWO_THIRDS, (d20 - d12) * TWO_THIRDS];
+        let [d00, d11, d22] = diagonal;
+        let raw = [d00, 0.25 * a10, 0.25 * a20, d11, 0.25 * a21, d22];
         let scale = Scale::of(raw);
         let [s00, s10, s20, s11, s21, s22] = raw.map(|a| scale.down(a));
 
@@ -122,7 +127,7 @@ impl ClosedFormEigen<3> for SMatrix<f32, 3, 3> {
         let second = combine(1.0, second, -tilt2, first);
         let third = combine(1.0, third, -tilt3, first);
 
-        let (a, b, c) = (mean + scale.up(v1), mean + scale.up(v2), mean + scale.up(v3));
+        let [a, b, c] = [v1, v2, v3].map(|v| mean + 4.0 * scale.up(v));
         // The isolated eigenvalue is the largest or the smallest.
         let (values, vectors) =
             if v1 >= v2 { ([a, b, c], [corrected, second, third]) } else { ([b, c, a], [second, third, corrected]) };
