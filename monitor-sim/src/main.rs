@@ -13,7 +13,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use monitor_sim::log::{ColumnRef, LogOptions};
 use monitor_sim::mission::Mission;
 use monitor_sim::names::ChannelNames;
-use monitor_sim::output::{OutputDir, PendingFile};
+use monitor_sim::output::{self, OutputDir, PendingFile};
 use monitor_sim::replay::{Learn, Limits, Replay};
 use monitor_sim::scenario::Scenario;
 use monitor_sim::settings::PaperSettings;
@@ -87,6 +87,7 @@ fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
         injections: args.inject.clone(),
     };
     let out = OutputDir::prepare(&args.out)?;
+    out.spares(&args.log, &["replay.csv", "replay.html", "baseline.toml"])?;
     let bar = progress(replay.bytes(), "bytes");
     let replayed = replay.run(
         |names| (!args.no_trace).then(|| TraceWriter::create(&out, "replay.csv", names)).transpose(),
@@ -112,6 +113,9 @@ fn tune(args: &TuneArgs) -> Result<ExitCode, Failure> {
         margin: args.margin,
         borderline_size: args.borderline,
     };
+    if let (Some(scenario), Some(out)) = (&args.scenario, &args.out) {
+        output::spares(scenario, out)?;
+    }
     let file = args.out.as_deref().map(PendingFile::create).transpose()?;
     let bar = progress(Some(tune.samples()), "samples");
     let report = tune.run(|samples| bar.inc(samples))?;

@@ -17,6 +17,9 @@ pub enum OutputError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// A file to be written is one that was read.
+    #[error("'{}' is read here and would be overwritten; choose another place with --out", .0.display())]
+    WouldOverwriteInput(PathBuf),
     /// A file cannot be written.
     #[error("cannot write '{}': {source}; choose another path with --out", path.display())]
     File {
@@ -44,6 +47,14 @@ impl OutputDir {
         Ok(OutputDir(path.to_owned()))
     }
 
+    /// Refuses to go on when a file of this directory named in `names` is the `input`.
+    ///
+    /// # Errors
+    /// [`OutputError::WouldOverwriteInput`] when it is.
+    pub fn spares(&self, input: &Path, names: &[&str]) -> Result<(), OutputError> {
+        names.iter().try_for_each(|name| spares(input, &self.0.join(name)))
+    }
+
     /// Begins a file.
     ///
     /// # Errors
@@ -60,6 +71,20 @@ impl OutputDir {
         let mut file = self.create(name)?;
         file.write_all(text.as_bytes()).map_err(|source| file.failed(source))?;
         file.finish()
+    }
+}
+
+/// Refuses when `output` is the same file as `input`.
+///
+/// # Errors
+/// [`OutputError::WouldOverwriteInput`] when it is.
+pub fn spares(input: &Path, output: &Path) -> Result<(), OutputError> {
+    // A file that is not there yet has no canonical path, and nothing to lose.
+    match (input.canonicalize(), output.canonicalize()) {
+        (Ok(input_path), Ok(output_path)) if input_path == output_path => {
+            Err(OutputError::WouldOverwriteInput(input.to_owned()))
+        }
+        _ => Ok(()),
     }
 }
 

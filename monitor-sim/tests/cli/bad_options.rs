@@ -254,3 +254,12 @@ fn a_stored_baseline_that_does_not_fit_is_refused_with_what_does_not() {
     desk.refuses(&format!("replay log.csv {MOTOR} --baseline first/baseline.toml"), &["--learn", "--baseline"]);
     desk.refuses(&format!("replay log.csv {columns}"), &["--learn"]);
 }
+
+#[test]
+fn a_file_that_is_read_is_never_overwritten() {
+    let desk = Desk::with("replay.csv", SAMPLE);
+    desk.refuses(&format!("replay replay.csv {MOTOR} --out ."), &["replay.csv", "--out"]);
+    desk.refuses(&format!("replay ./replay.csv {MOTOR} --out ."), &["replay.csv", "--out"]);
+    desk.write("short.toml", SHORT);
+    desk.refuses("tune --scenario short.toml --runs 1 --out ./short.toml", &["short.toml", "--out"]);
+}
