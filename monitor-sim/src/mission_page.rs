@@ -53,11 +53,12 @@ pub fn page(mission: &Mission, flights: &Flights, report: &MissionReport) -> Res
         section("PPCA: residuals and localization (figures 10 and 11)", vec![pairs(&flights.tables, report, &names)?]),
         section("Growing faults (the second figure 11)", vec![growing(&flights.ramps, report, &names)?]),
         section(
-            "Where the truth table fails",
+            "A load that grows with speed",
             vec![
                 Block::Paragraph(
-                    "The same mission with a load that grows with speed. A drift of the speed sensor changes the true \
-                     speed, so the load, so the current: all three pairs move, and (1.8) reads that as fault 1."
+                    "The same mission with a load of the same torque that grows with speed. A drift of the speed sensor \
+                     then changes the true speed, so the load, so the current: where that rises above the noise all \
+                     three pairs move, and (1.8) reads it as fault 1."
                         .to_owned(),
                 ),
                 pairs(&flights.speed_dependent, report, &names)?,

@@ -50,7 +50,7 @@ pub fn of_mission(report: &MissionReport) -> Vec<TextTable> {
         table_2("Table 2. PPCA: times in s, the paper's Table 2 in brackets", rows(Method::Ppca), true),
         ramps(report),
         table_2(
-            "Table 2 again, with a load that grows with speed: there the paper's truth table takes F2 for F1",
+            "Table 2 again, with a load of the same torque that grows with speed",
             report.speed_dependent_load.iter(),
             false,
         ),
