@@ -1,3 +1,4 @@
-//! Promises across crates, one file each, and the peer they are measured against.
+//! Promises across crates, one file each; the peer they are measured against; how firmware is built and emulated.
 
 pub mod textbook;
+pub mod toolchain;

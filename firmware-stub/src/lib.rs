@@ -1,10 +1,13 @@
 //! Wiring of [`monitor_core`] for a thruster controller board.
 //!
-//! **A placeholder.** It compiles for a host and holds the one function that every board calls; it does not flash.
-//! Boards (an emulated Cortex-M4F, an STM32F405), the queue to the main loop, `defmt` and the fault handlers are still
-//! to come; `memory.x` in the workspace root is already the map of the STM32F405 they will be linked for.
+//! **Not yet a product.** What stands: the call that every board's sampling interrupt makes ([`on_sample`]), the records
+//! that a host and an emulated board exchange ([`record`]), and a firmware for QEMU's Cortex-M4F (feature `board-qemu`)
+//! that flies whole missions, so that host and target can be compared bit for bit. Still to come: the sampling interrupt
+//! with its queue, `defmt`, the fault handlers, and the STM32F405 board.
 
 #![no_std]
+
+pub mod record;
 
 use monitor_core::units::RadPerSec;
 use monitor_core::{Monitor, Sample, Verdict};

@@ -97,6 +97,34 @@ fn each_fault_of_the_paper_is_detected_and_named_by_the_channels_it_moves() {
 }
 
 #[test]
+fn a_diagnosis_stands_since_the_sample_that_changed_it() {
+    let mut monitor = learned();
+    let mut stood = (Diagnosis::Healthy, None);
+    for verdict in fly(&mut monitor, (600..900).map(|k| (SET_POINT, with(healthy(k), Channel::ArmatureVoltage, 0.1)))) {
+        if verdict.diagnosis != stood.0 {
+            stood = (verdict.diagnosis, Some(verdict.sample));
+        }
+        assert_eq!((verdict.diagnosis, verdict.located_since), stood);
+    }
+    assert_eq!(stood.0, Diagnosis::Fault(Fault::SpeedSensor));
+}
+
+#[test]
+fn a_sample_with_units_is_judged_as_its_three_numbers_are() {
+    let (mut named, mut plain) = (learned(), learned());
+    for k in 600..700 {
+        let [speed, current, voltage] = with(healthy(k), Channel::ArmatureCurrent, 0.1);
+        let sample = Sample {
+            speed: RadPerSec(speed),
+            armature_current: crate::units::Amperes(current),
+            armature_voltage: crate::units::Volts(voltage),
+        };
+        assert_eq!(named.step(RadPerSec(SET_POINT), sample), plain.step_channels(SET_POINT, [speed, current, voltage]));
+    }
+    assert_eq!(named.thresholds(), config().thresholds);
+}
+
+#[test]
 fn a_sample_that_is_not_finite_is_reported_and_leaves_every_state_as_it_was() {
     for start in [10, 300, 600] {
         let mut clean = Monitor::new(&config()).unwrap();
