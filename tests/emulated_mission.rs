@@ -15,7 +15,7 @@ use monitor_sim::mission;
 use monitor_sim::plant::Plant;
 use monitor_sim::scenario::Scenario;
 use monitor_sim::settings::PaperSettings;
-use tests::toolchain;
+use tests::toolchain::{self, Board};
 
 /// The firmware, built once.
 fn firmware() -> PathBuf {
@@ -23,14 +23,21 @@ fn firmware() -> PathBuf {
     ELF.get_or_init(|| toolchain::build("qemu-mission")).clone().unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Sends a stream to the emulated board; returns what it answers.
-fn answers(stream: &[u32]) -> Result<Vec<u32>, String> {
+/// What an emulated board made of a stream.
+struct Flown {
+    answers: Vec<u32>,
+    log: Vec<String>,
+}
+
+/// Sends a stream to an emulated board.
+fn fly(board: Board, stream: &[u32]) -> Result<Flown, String> {
     let desk = tempfile::tempdir().unwrap();
     let bytes: Vec<u8> = stream.iter().flat_map(|word| word.to_le_bytes()).collect();
     fs::write(desk.path().join("mission.in"), bytes).unwrap();
-    toolchain::emulate(&firmware(), desk.path())?;
+    let frames = toolchain::emulate(board, &firmware(), desk.path())?;
     let answer = fs::read(desk.path().join("mission.out")).unwrap();
-    Ok(answer.chunks_exact(4).map(|word| u32::from_le_bytes(word.try_into().unwrap())).collect())
+    let answers = answer.chunks_exact(4).map(|word| u32::from_le_bytes(word.try_into().unwrap())).collect();
+    Ok(Flown { answers, log: toolchain::decoded(&firmware(), &frames)? })
 }
 
 /// Compares record by record, and shows the first that differs.
@@ -61,32 +68,58 @@ fn mission() -> Vec<(RadPerSec, Sample)> {
     samples
 }
 
-#[test]
-fn every_verdict_of_the_mission_is_equal_on_host_and_target_to_the_last_bit() {
-    let samples = mission();
+fn mission_stream(samples: &[(RadPerSec, Sample)]) -> Vec<u32> {
     let header = Header { kind: Kind::Mission, records: samples.len() as u32, config: config() };
     let words = samples.iter().flat_map(|(set_point, sample)| record::sample_to_words(*set_point, *sample));
-    let stream: Vec<u32> = header.to_words().into_iter().chain(words).collect();
+    header.to_words().into_iter().chain(words).collect()
+}
 
+/// The same mission on the host.
+fn host_verdicts(samples: &[(RadPerSec, Sample)]) -> Vec<[u32; VERDICT_WORDS]> {
     let mut monitor = Monitor::new(&config()).unwrap();
     let mut named = Vec::new();
-    let host: Vec<[u32; VERDICT_WORDS]> = samples
-        .iter()
-        .map(|(set_point, sample)| {
-            let verdict = on_sample(&mut monitor, *set_point, *sample, |_| {});
-            if verdict.phase == Phase::ModelDue {
-                monitor.finish_learning().unwrap();
-            }
-            named.push(verdict.diagnosis);
-            record::verdict_to_words(&verdict)
-        })
-        .collect();
+    let step = |(set_point, sample): &(RadPerSec, Sample)| {
+        let verdict = on_sample(&mut monitor, *set_point, *sample, |_| {});
+        if verdict.phase == Phase::ModelDue {
+            monitor.finish_learning().unwrap();
+        }
+        named.push(verdict.diagnosis);
+        record::verdict_to_words(&verdict)
+    };
+    let verdicts = samples.iter().map(step).collect();
     // The mission is worth comparing only if it holds what it should.
     assert_eq!(samples.len(), 140_000);
     for (fault, at) in monitor_core::Fault::ALL.into_iter().zip([35_000, 75_000, 115_000]) {
         assert_eq!(named[at], monitor_core::Diagnosis::Fault(fault));
     }
-    assert_equal(&answers(&stream).unwrap(), &host, "verdict");
+    verdicts
+}
+
+#[test]
+fn every_verdict_of_the_mission_is_equal_on_host_and_target_to_the_last_bit() {
+    let samples = mission();
+    let host = host_verdicts(&samples);
+    for board in [Board::CortexM4, Board::CortexM7] {
+        assert_equal(&fly(board, &mission_stream(&samples)).unwrap().answers, &host, "verdict");
+    }
+}
+
+#[test]
+fn the_boards_log_names_the_three_faults_in_order_with_their_size_and_since_when() {
+    let log = fly(Board::CortexM4, &mission_stream(&mission())).unwrap().log;
+    let at = |line: &String| line.strip_prefix("sample ")?.split(':').next()?.parse::<u64>().ok();
+    for (fault, start, end) in
+        [("LoadTorque", 20_000, 40_000), ("SpeedSensor", 60_000, 80_000), ("CurrentSensor", 100_000, 120_000)]
+    {
+        let inside = |line: &&String| at(line).is_some_and(|sample| (start..end).contains(&sample));
+        let named: Vec<&String> = log.iter().filter(inside).filter(|line| line.contains(": fault ")).collect();
+        let last = named.last().unwrap_or_else(|| panic!("no fault named while {fault} stands:\n{log:#?}"));
+        assert!(last.contains(&format!("fault {fault}, alarm since sample {}", start / 1000)), "{last}");
+        assert!(last.contains("T2 ") && last.ends_with("limit 1.753"), "{last}");
+    }
+    assert!(log.first().is_some_and(|line| line == "sample 0: settling, Start"), "{:?}", log.first());
+    // One sample later than without the reading at 7 s that was not a number.
+    assert!(log.iter().any(|line| line == "sample 20001: Monitoring"), "{log:#?}");
 }
 
 #[test]
@@ -120,7 +153,7 @@ fn every_decomposition_is_equal_on_host_and_target_to_the_last_bit() {
     let stream: Vec<u32> = header.to_words().into_iter().chain(matrices.iter().flatten().copied()).collect();
     let host: Vec<[u32; EIGEN_WORDS]> = matrices.iter().map(|matrix| record::eigen_to_words(*matrix)).collect();
     assert!(host.iter().filter(|words| words[0] == 1).count() > 6000, "most of them have a decomposition");
-    assert_equal(&answers(&stream).unwrap(), &host, "decomposition");
+    assert_equal(&fly(Board::CortexM4, &stream).unwrap().answers, &host, "decomposition");
 }
 
 #[test]
@@ -129,11 +162,12 @@ fn a_stream_that_is_not_one_or_ends_early_makes_the_board_say_so_and_fail() {
     let header = Header { kind: Kind::Mission, records: 100, config: config() }.to_words();
     let words = samples.iter().flat_map(|(set_point, sample)| record::sample_to_words(*set_point, *sample));
     let cut: Vec<u32> = header.into_iter().chain(words.take(99 * SAMPLE_WORDS)).collect();
-    assert!(answers(&cut).unwrap_err().contains("the stream ends early"));
-    assert!(answers(&header[..5]).unwrap_err().contains("ends inside its header"));
-    assert!(answers(&[0; 200]).unwrap_err().contains("not one of samples or matrices"));
+    let refused_as = |stream: &[u32]| fly(Board::CortexM4, stream).err().unwrap_or_default();
+    assert!(refused_as(&cut).contains("the stream ends early"));
+    assert!(refused_as(&header[..5]).contains("ends inside its header"));
+    assert!(refused_as(&[0; 200]).contains("not one of samples or matrices"));
     let pairs = PerPair { speed_current: 1.0, current_voltage: 1.0, speed_voltage: f32::NAN };
     let refused = Config { thresholds: Bank { full: 1.0, pairs }, ..config() };
     let header = Header { kind: Kind::Mission, records: 0, config: refused }.to_words();
-    assert!(answers(&header).unwrap_err().contains("refuses its settings"));
+    assert!(refused_as(&header).contains("refuses its settings"));
 }

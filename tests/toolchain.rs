@@ -41,13 +41,15 @@ pub fn build(binary: &str) -> Result<PathBuf, String> {
     // A directory of its own: the outer cargo holds the lock of the other one.
     let directory = workspace().join("target/firmware");
     let linker = toolchain.linker.display();
-    let flags =
-        format!("-Clink-arg=-Tlink.x -Clink-arg=--defsym=_board_qemu=1 -Clinker={linker} -Ctarget-cpu=cortex-m4");
+    let flags = format!(
+        "-Clink-arg=-Tlink.x -Clink-arg=-Tdefmt.x -Clink-arg=--defsym=_board_qemu=1 -Clinker={linker} -Ctarget-cpu=cortex-m4"
+    );
     let mut command = clean(&toolchain.cargo);
     command
         .current_dir(workspace())
         .env("RUSTC", &toolchain.rustc)
         .env("RUSTFLAGS", flags)
+        .env("DEFMT_LOG", "info")
         .args(["build", "--release", "--locked", "-p", "firmware-stub", "--features", "board-qemu", "--bin", binary])
         .args(["--target", TARGET, "--target-dir"])
         .arg(&directory);
@@ -62,21 +64,57 @@ pub fn build(binary: &str) -> Result<PathBuf, String> {
     Ok(directory.join(TARGET).join("release").join(binary))
 }
 
-/// Runs an ELF file on the emulated board, its files in `directory`. Returns what the board printed.
+/// An emulated board: same memory map, same firmware, another core.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Board {
+    /// QEMU's `mps2-an386`: Cortex-M4F.
+    CortexM4,
+    /// QEMU's `mps2-an500`: Cortex-M7.
+    CortexM7,
+}
+
+/// Runs an ELF file on an emulated board, its files in `directory`. Returns the `defmt` frames it logged.
 ///
 /// # Errors
 /// What is missing, or what the board said when its exit code was not zero.
-pub fn emulate(elf: &Path, directory: &Path) -> Result<String, String> {
+pub fn emulate(board: Board, elf: &Path, directory: &Path) -> Result<Vec<u8>, String> {
+    let (machine, core) = match board {
+        Board::CortexM4 => ("mps2-an386", "cortex-m4"),
+        Board::CortexM7 => ("mps2-an500", "cortex-m7"),
+    };
     let mut command = clean(Path::new("qemu-system-arm"));
     command
         .current_dir(directory)
-        .args(["-machine", "mps2-an386", "-cpu", "cortex-m4", "-nographic", "-monitor", "none", "-serial", "none"])
+        .args(["-machine", machine, "-cpu", core, "-nographic", "-monitor", "none", "-serial", "none"])
         .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
         .arg(elf);
     let output =
         run(&mut command).map_err(|error| format!("{error}; install it with: apt-get install qemu-system-arm"))?;
-    let said = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
-    if output.status.success() { Ok(said) } else { Err(format!("the board left with {}: {said}", output.status)) }
+    if output.status.success() {
+        return Ok(output.stdout);
+    }
+    let said = [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned()).concat();
+    Err(format!("the board left with {}: {said}", output.status))
+}
+
+/// The lines that `defmt` frames of a firmware say.
+///
+/// # Errors
+/// When the ELF file has no `defmt` table or the frames are not its own.
+pub fn decoded(elf: &Path, frames: &[u8]) -> Result<Vec<String>, String> {
+    let bytes = std::fs::read(elf).map_err(|error| error.to_string())?;
+    let table = defmt_decoder::Table::parse(&bytes).map_err(|error| error.to_string())?;
+    let table = table.ok_or("the firmware has no defmt table")?;
+    let mut decoder = table.new_stream_decoder();
+    decoder.received(frames);
+    let mut lines = Vec::new();
+    loop {
+        match decoder.decode() {
+            Ok(frame) => lines.push(frame.display_message().to_string()),
+            Err(defmt_decoder::DecodeError::UnexpectedEof) => return Ok(lines),
+            Err(error) => return Err(error.to_string()),
+        }
+    }
 }
 
 /// The first toolchain that can build for the target.

@@ -2,12 +2,14 @@
 //!
 //! **Not yet a product.** What stands: the call that every board's sampling interrupt makes ([`on_sample`]), the records
 //! that a host and an emulated board exchange ([`record`]), and a firmware for QEMU's Cortex-M4F (feature `board-qemu`)
-//! that flies whole missions, so that host and target can be compared bit for bit. Still to come: the sampling interrupt
-//! with its queue, `defmt`, the fault handlers, and the STM32F405 board.
+//! that flies whole missions and logs by `defmt`, so that host and target can be compared bit for bit. Still to come: the
+//! sampling interrupt with its queue, the fault handlers, and the STM32F405 board.
 
 #![no_std]
 
 pub mod record;
+#[cfg(feature = "defmt")]
+pub mod report;
 
 use monitor_core::units::RadPerSec;
 use monitor_core::{Monitor, Sample, Verdict};

@@ -11,9 +11,10 @@ use core::panic::PanicInfo;
 use cortex_m_rt::{ExceptionFrame, entry, exception};
 use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
 use cortex_m_semihosting::nr;
-use firmware_stub::on_sample;
+use defmt_semihosting as _; // the transport of `defmt`
 use firmware_stub::record::{self, EIGEN_WORDS, HEADER_WORDS, Header, Kind, MATRIX_WORDS, SAMPLE_WORDS, VERDICT_WORDS};
-use monitor_core::{Monitor, Phase};
+use firmware_stub::{on_sample, report};
+use monitor_core::{EventLog, Monitor, Phase};
 
 /// Records read and written at once: a semihosting call costs far more than a step.
 const CHUNK: usize = 64;
@@ -26,6 +27,9 @@ fn main() -> ! {
     }
     halt()
 }
+
+/// Events between two drains; one sample makes at most nine.
+const EVENTS: usize = 16;
 
 /// Flies what the host sends.
 fn fly() -> Result<(), &'static [u8]> {
@@ -43,9 +47,15 @@ fn fly() -> Result<(), &'static [u8]> {
         Kind::Mission => {
             let mut monitor =
                 Monitor::new(&header.config).map_err(|_| &b"error: the monitor refuses its settings\n\0"[..])?;
+            let thresholds = monitor.thresholds();
+            let mut events = EventLog::<EVENTS>::default();
             stream(&input, &output, header.records, |words: [u32; SAMPLE_WORDS]| -> [u32; VERDICT_WORDS] {
                 let (set_point, sample) = record::sample_from_words(words);
                 let verdict = on_sample(&mut monitor, set_point, sample, |_| {});
+                events.observe(&verdict);
+                while let Some(event) = events.pop() {
+                    report::event(event, &verdict, &thresholds);
+                }
                 if verdict.phase == Phase::ModelDue {
                     // A refusal stands in the verdicts that follow.
                     let _ = monitor.finish_learning();
