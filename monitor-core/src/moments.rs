@@ -315,6 +315,29 @@ mod tests {
     }
 
     #[test]
+    fn a_channel_that_stands_at_zero_or_moves_by_rounding_alone_is_constant() {
+        let mut zero = window(100);
+        zero.iter_mut().for_each(|x| x[2] = 0.0);
+        assert_eq!(learned(&zero), Err(LearnError::ConstantChannel(Channel::ArmatureVoltage)));
+        // One sample in a hundred is off by one unit in the last place of 300.
+        let mut rounded = window(100);
+        rounded.iter_mut().enumerate().for_each(|(k, x)| x[0] = if k == 50 { 300.0_f32.next_up() } else { 300.0 });
+        assert_eq!(learned(&rounded), Err(LearnError::ConstantChannel(Channel::Speed)));
+    }
+
+    #[test]
+    fn correlations_are_covariances_in_units_of_both_sigmas() {
+        let data = window(1000);
+        let (_, covariance) = two_pass(&data);
+        let found = learned(&data).unwrap().correlation();
+        for (i, j) in [(0, 0), (1, 0), (2, 0), (1, 1), (2, 1), (2, 2), (0, 1), (0, 2), (1, 2)] {
+            let exact = covariance[i][j] / (covariance[i][i] * covariance[j][j]).sqrt();
+            assert!((f64::from(found[(i, j)]) - exact).abs() < 1e-4, "{i} {j}: {} for {exact}", found[(i, j)]);
+        }
+        assert!(found[(1, 2)] < -0.4, "the window is correlated, or this would show nothing");
+    }
+
+    #[test]
     fn two_channels_learn_as_three_do() {
         let data: Vec<[f32; 2]> = window(500).iter().map(|x| [x[0], x[2]]).collect();
         let (_, covariance) = two_pass(&data);
