@@ -4,13 +4,13 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use monitor_core::event::Event;
-use monitor_core::sample::{ModelId, Sample};
+use monitor_core::sample::Sample;
 use monitor_core::units::{Amperes, RadPerSec, Volts};
 use monitor_core::{Baseline, EventLog, Monitor, Phase};
 use serde::Serialize;
 
 use crate::fault::Fault;
-use crate::names::{ByModel, ChannelNames, explain_config};
+use crate::names::{self, ByModel, ChannelNames, explain_config};
 use crate::output::{OutputDir, OutputError};
 use crate::plant::{Plant, PlantSample};
 use crate::record::{LogicalOutputs, Recording};
@@ -276,10 +276,6 @@ impl Flights {
     #[must_use]
     pub fn report(&self, mission: &Mission) -> MissionReport {
         let baseline = &self.tables.baseline;
-        let explained = |model| match model {
-            ModelId::Full => baseline.full().pca().explained().map(f64::from).to_vec(),
-            ModelId::Pair(pair) => baseline.pairs().get(pair).pca().explained().map(f64::from).to_vec(),
-        };
         let table_2 = |score: &Score| score.faults.iter().filter(|f| f.method == Method::Ppca).cloned().collect();
         MissionReport {
             mode: "paper",
@@ -287,8 +283,8 @@ impl Flights {
             fault_profile: mission.faults,
             seed: mission.seed,
             rate_hz: mission.scenario.rate_hz(),
-            explained: ByModel::from_fn(explained),
-            retained: ByModel::from_fn(|model| *baseline.retained().get(model)),
+            explained: names::explained(baseline),
+            retained: names::retained(baseline),
             limits: mission.settings.thresholds,
             faults: self.tables.score.faults.clone(),
             ramp: self.ramp_rows(),

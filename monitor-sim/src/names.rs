@@ -1,12 +1,12 @@
 //! What the core's positions, models, faults and refusals are called for people and machines.
 
-use monitor_core::Phase;
 use monitor_core::baseline::BaselineError;
 use monitor_core::event::EventKind;
 use monitor_core::localize::{Diagnosis, Fault};
 use monitor_core::moments::{LearnError, Moments};
 use monitor_core::monitor::{ConfigError, Settling};
 use monitor_core::sample::{Bank, Channel, ModelId, Pair};
+use monitor_core::{Baseline, Phase};
 
 /// The identifier of a fault in tables and JSON: the paper's number.
 #[must_use]
@@ -131,6 +131,22 @@ impl<T: Copy> ByModel<T> {
     pub fn bank(&self) -> Bank<T> {
         Bank::from_fn(|model| *self.get(model))
     }
+}
+
+/// Share of the variance that each component explains (1.3), by model: figures 5 and 8.
+#[must_use]
+pub fn explained(baseline: &Baseline) -> ByModel<Vec<f64>> {
+    ByModel::from_fn(|model| match model {
+        ModelId::Full => baseline.full().pca().explained().map(f64::from).to_vec(),
+        ModelId::Pair(pair) => baseline.pairs().get(pair).pca().explained().map(f64::from).to_vec(),
+    })
+}
+
+/// How many components each model retains.
+#[must_use]
+pub fn retained(baseline: &Baseline) -> ByModel<usize> {
+    let retained = baseline.retained();
+    ByModel::from_fn(|model| *retained.get(model))
 }
 
 /// The three names a user gives to the channels, in the order of their positions.

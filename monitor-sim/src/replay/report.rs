@@ -4,12 +4,11 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 use monitor_core::Baseline;
-use monitor_core::sample::ModelId;
 use serde::Serialize;
 
 use super::alarm::Alarm;
 use super::learn::{Calibration, Learning};
-use crate::names::{ByModel, ChannelNames};
+use crate::names::{ByModel, ChannelNames, explained, retained};
 use crate::record::PhaseCounts;
 
 /// Half-window means further apart than this many sigma are reported: the window was not stationary.
@@ -109,12 +108,7 @@ pub(super) fn learned(
     window: Option<(&Range<u64>, &Learning, &Calibration)>,
     names: &ChannelNames,
 ) -> Learned {
-    let pca = baseline.full().pca();
-    let explained = |model| match model {
-        ModelId::Full => pca.explained().map(f64::from).to_vec(),
-        ModelId::Pair(pair) => baseline.pairs().get(pair).pca().explained().map(f64::from).to_vec(),
-    };
-    let [largest, _, smallest]: [f32; 3] = (*pca.eigenvalues()).into();
+    let [largest, _, smallest]: [f32; 3] = (*baseline.full().pca().eigenvalues()).into();
     let half_shift_sigma = window.and_then(|(_, learning, _)| half_shift(learning, baseline));
     let largest_deviation_sigma = window.map(|(_, _, calibration)| calibration.largest_deviation);
     let mut warnings = Vec::new();
@@ -141,8 +135,8 @@ pub(super) fn learned(
         sigma: baseline.sigma().map(f64::from),
         quality: Quality {
             skipped: window.map_or(0, |(_, learning, _)| learning.skipped),
-            explained: ByModel::from_fn(explained),
-            retained: ByModel::from_fn(|model| *baseline.retained().get(model)),
+            explained: explained(baseline),
+            retained: retained(baseline),
             condition_number: (smallest > 0.0).then(|| f64::from(largest / smallest)),
             half_shift_sigma,
             largest_deviation_sigma,
