@@ -104,8 +104,8 @@ impl Code {
 }
 
 /// The targets of a branch table: it stands behind its instruction and reaches to the next code. An entry is half the
-/// distance from the table to its target (Arm DDI 0403, A7.7.185); a byte table may end in one that
-/// only fills it up to an even address. If that one happens to lead somewhere it is taken for an entry, which is safe.
+/// distance from the table to its target (Arm DDI 0403, A7.7.185). A table may be filled up to the next word; filler that
+/// happens to lead somewhere is taken for an entry, which is safe.
 fn table(image: &Image, function: &Function<'_>, branch: &Instruction, entry: u32) -> Result<Vec<u32>, String> {
     let start = branch.end();
     let unreadable = || format!("{}: the branch table at {start:#010x} cannot be read", function.symbol.name);
@@ -115,7 +115,9 @@ fn table(image: &Image, function: &Function<'_>, branch: &Instruction, entry: u3
         bytes.chunks_exact(entry as usize).map(|e| e.iter().rev().fold(0, |n, byte| n << 8 | u32::from(*byte)));
     let mut targets: Vec<u32> = entries.map(|halfwords| start + 2 * halfwords).collect();
     let leads_somewhere = |target: &u32| (end..function.end).contains(target) && image.is_code(*target);
-    if entry == 1 {
+    // Filled up to a whole word, at most: one byte, and a `nop`.
+    let filler = 4 / entry - 1;
+    for _ in 0..filler {
         targets.pop_if(|last| !leads_somewhere(last));
     }
     if targets.is_empty() || !targets.iter().all(leads_somewhere) {

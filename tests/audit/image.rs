@@ -2,7 +2,7 @@
 //!
 //! What it cannot see: code that no symbol names (it is shown as such), and which source line an address came from.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -84,6 +84,8 @@ pub struct Image {
     pub sections: Vec<Section>,
     /// Functions and objects, by address.
     pub symbols: Vec<Symbol>,
+    /// Crates whose compilation the linker took in, code of them or not.
+    pub units: BTreeSet<String>,
     mapping: BTreeMap<u32, Contents>,
 }
 
@@ -107,12 +109,13 @@ impl Image {
         if !sections.iter().any(|section| section.executable && section.size > 0) {
             return Err(wrong("holds no instructions"));
         }
-        let (symbols, mapping) = symbols(&elf, &sections).map_err(|error| wrong(&format!("is damaged ({error})")))?;
+        let Symbols { symbols, mapping, units } =
+            symbols(&elf, &sections).map_err(|error| wrong(&format!("is damaged ({error})")))?;
         if symbols.is_empty() || mapping.is_empty() {
             return Err(wrong("has no symbols (it was stripped)"));
         }
         let entry = u32::try_from(elf.entry()).unwrap_or_default() & !1;
-        Ok(Image { path: path.to_owned(), entry, sections, symbols, mapping })
+        Ok(Image { path: path.to_owned(), entry, sections, symbols, units, mapping })
     }
 
     /// The `length` bytes at `address` of the running program, if the image holds them.
@@ -229,16 +232,23 @@ fn in_ram(address: u32) -> bool {
     (0x2000_0000..0x4000_0000).contains(&address) || (0x1000_0000..0x1800_0000).contains(&address)
 }
 
-type Symbols = (Vec<Symbol>, BTreeMap<u32, Contents>);
+struct Symbols {
+    symbols: Vec<Symbol>,
+    mapping: BTreeMap<u32, Contents>,
+    units: BTreeSet<String>,
+}
 
 fn symbols(elf: &ElfFile32, sections: &[Section]) -> object::Result<Symbols> {
     // Local symbols stand behind the name of the compilation that brought them, mapping symbols among them.
-    let mut unit = String::new();
-    let (mut units, mut mapping, mut found) = (BTreeMap::new(), BTreeMap::new(), Vec::new());
+    let (mut unit, mut units) = (String::new(), BTreeSet::new());
+    let (mut unit_at, mut mapping, mut found) = (BTreeMap::new(), BTreeMap::new(), Vec::new());
     for symbol in elf.symbols() {
         let (name, address) = (symbol.name()?, symbol.address() as u32);
         match symbol.kind() {
-            Kind::File => unit = names::crate_of_unit(name),
+            Kind::File => {
+                unit = names::crate_of_unit(name);
+                units.insert(unit.clone());
+            }
             // Texts of `defmt` are symbols of a section that is not loaded.
             Kind::Text | Kind::Data if takes_memory(elf, &symbol)? => {
                 found.push((symbol, symbol.is_local().then(|| unit.clone())));
@@ -246,7 +256,7 @@ fn symbols(elf: &ElfFile32, sections: &[Section]) -> object::Result<Symbols> {
             _ if name.starts_with("$t") || name.starts_with("$d") => {
                 let code = name.starts_with("$t");
                 mapping.insert(address, if code { Contents::Code } else { Contents::Data });
-                units.insert(address, unit.clone());
+                unit_at.insert(address, unit.clone());
             }
             _ => {}
         }
@@ -257,7 +267,7 @@ fn symbols(elf: &ElfFile32, sections: &[Section]) -> object::Result<Symbols> {
         let kind = if symbol.kind() == Kind::Text { SymbolKind::Function } else { SymbolKind::Object };
         let address = symbol.address() as u32 & if kind == SymbolKind::Function { !1 } else { !0 };
         let Some(section) = sections.iter().find(|section| section.contains(address)) else { continue };
-        let at_address = || units.range(..=address).next_back().map(|(_, unit)| unit.clone());
+        let at_address = || unit_at.range(..=address).next_back().map(|(_, unit)| unit.clone());
         let unit = local_unit.or_else(|| (kind == SymbolKind::Function).then(at_address).flatten());
         symbols.push(Symbol {
             name: names::demangled(&linkage_name),
@@ -269,7 +279,7 @@ fn symbols(elf: &ElfFile32, sections: &[Section]) -> object::Result<Symbols> {
         });
     }
     symbols.sort_by(|a, b| (a.address, &a.linkage_name).cmp(&(b.address, &b.linkage_name)));
-    Ok((symbols, mapping))
+    Ok(Symbols { symbols, mapping, units })
 }
 
 fn takes_memory(elf: &ElfFile32, symbol: &ElfSymbol32<'_, '_>) -> object::Result<bool> {
