@@ -104,7 +104,7 @@ fn every_sample_gives_numpys_t2_and_scipys_smoothed_residual() {
     let mut monitor = Monitor::new(&config).unwrap().starting_from(baseline, 0.0);
     for (k, x) in goldens.samples[goldens.window..].iter().enumerate() {
         let t2 = baseline.t2(baseline.deviation(*x));
-        let residuals = monitor.step_channels(0.0, *x).residuals.unwrap();
+        let residuals = monitor.step_channels(0.0, *x).residuals().unwrap();
         for model in ModelId::ALL {
             assert_near_t2((*t2.get(model)).into(), goldens.of(model).t2[k], "T2");
             assert_near_t2((*residuals.get(model)).into(), goldens.of(model).smoothed[k], "smoothed");

@@ -80,10 +80,10 @@ fn host_verdicts(samples: &[(RadPerSec, Sample)]) -> Vec<[u32; VERDICT_WORDS]> {
     let mut named = Vec::new();
     let step = |(set_point, sample): &(RadPerSec, Sample)| {
         let verdict = on_sample(&mut monitor, *set_point, *sample, |_| {});
-        if verdict.phase == Phase::ModelDue {
+        if verdict.phase() == Phase::ModelDue {
             monitor.finish_learning().unwrap();
         }
-        named.push(verdict.diagnosis);
+        named.push(verdict.diagnosis());
         record::verdict_to_words(&verdict)
     };
     let verdicts = samples.iter().map(step).collect();

@@ -24,6 +24,6 @@ pub fn on_sample(
     drive_fault_output: impl FnOnce(bool),
 ) -> Verdict {
     let verdict = monitor.step(set_point, sample);
-    drive_fault_output(verdict.relays.any());
+    drive_fault_output(verdict.relays().any());
     verdict
 }

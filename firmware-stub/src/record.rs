@@ -1,23 +1,23 @@
 //! What host and emulated board tell each other: words of 32 bits, little endian, of fixed size per record.
 //!
 //! Host to board: one [`Header`], then as many records as it announces: samples (4 words) or symmetric matrices
-//! (6 words). Board to host: for each sample the verdict (8 words), for each matrix the decomposition (13 words).
+//! (6 words). Board to host: for each sample the verdict (7 words), for each matrix the decomposition (13 words).
 //! Floating-point numbers travel as their bits, so equality means equality of every bit.
 
 use monitor_core::eigen::ClosedFormEigen;
 use monitor_core::localize::{Diagnosis, Fault};
-use monitor_core::monitor::Rejected;
 use monitor_core::sample::{Bank, ModelId, PerPair};
 use monitor_core::units::{Amperes, RadPerSec, Volts};
-use monitor_core::{Config, Phase, Sample, Verdict};
+use monitor_core::verdict::{Absence, Rejected};
+use monitor_core::{Config, Phase, Range, Sample, Verdict};
 use nalgebra::Matrix3;
 
 /// Words of a header, of a sample with its set point, of a verdict, of a matrix and of a decomposition.
-pub const HEADER_WORDS: usize = 14;
+pub const HEADER_WORDS: usize = 20;
 /// See [`HEADER_WORDS`].
 pub const SAMPLE_WORDS: usize = 4;
 /// See [`HEADER_WORDS`].
-pub const VERDICT_WORDS: usize = 8;
+pub const VERDICT_WORDS: usize = 7;
 /// See [`HEADER_WORDS`].
 pub const MATRIX_WORDS: usize = 6;
 /// See [`HEADER_WORDS`].
@@ -66,7 +66,15 @@ impl Header {
             c.hysteresis,
         ]
         .map(f32::to_bits);
-        [MAGIC, kind, self.records, rate, settle, learn, tolerance, share, cutoff, hysteresis, full, r1, r2, r3]
+        let [[a, b], [c, d], [e, f]] = c.range.map(|range| [range.low, range.high].map(f32::to_bits));
+        let door = [a, b, c, d, e, f];
+        let mut words = [0; HEADER_WORDS];
+        let settings =
+            [MAGIC, kind, self.records, rate, settle, learn, tolerance, share, cutoff, hysteresis, full, r1, r2, r3];
+        for (word, value) in words.iter_mut().zip(settings.into_iter().chain(door)) {
+            *word = value;
+        }
+        words
     }
 
     /// Reads a header; none when the words are not one.
@@ -85,6 +93,7 @@ impl Header {
             r1,
             r2,
             r3,
+            range @ ..,
         ] = settings.map(f32::from_bits);
         let kind = match (magic, kind) {
             (MAGIC, 1) => Kind::Mission,
@@ -93,6 +102,7 @@ impl Header {
         };
         let pairs = PerPair { speed_current: r1, current_voltage: r2, speed_voltage: r3 };
         let thresholds = Bank { full, pairs };
+        let [a, b, c, d, e, f] = range;
         let config = Config {
             sample_rate_hz,
             settle_s,
@@ -102,6 +112,7 @@ impl Header {
             cutoff_hz,
             thresholds,
             hysteresis,
+            range: [Range { low: a, high: b }, Range { low: c, high: d }, Range { low: e, high: f }],
         };
         Some(Header { kind, records, config })
     }
@@ -125,31 +136,35 @@ pub fn sample_from_words(words: [u32; SAMPLE_WORDS]) -> (RadPerSec, Sample) {
 /// A verdict as words: what stands, since when, and the bits of the residuals (all ones where nothing was judged).
 #[must_use]
 pub fn verdict_to_words(verdict: &Verdict) -> [u32; VERDICT_WORDS] {
-    let phase = match verdict.phase {
+    let phase = match verdict.phase() {
         Phase::Settling(_) => 0,
         Phase::Learning => 1,
         Phase::ModelDue => 2,
         Phase::Monitoring => 3,
     };
-    let diagnosis = match verdict.diagnosis {
+    let diagnosis = match verdict.diagnosis() {
         Diagnosis::Healthy => 0,
         Diagnosis::Fault(Fault::LoadTorque) => 1,
         Diagnosis::Fault(Fault::SpeedSensor) => 2,
         Diagnosis::Fault(Fault::CurrentSensor) => 3,
         Diagnosis::Unknown => 4,
     };
-    let rejected = match verdict.rejected {
+    let rejected = match verdict.rejected() {
         None => 0,
         Some(Rejected::NonFinite(channel)) => 1 + channel.position() as u32,
         Some(Rejected::NonFiniteSetPoint) => 4,
+        Some(Rejected::OutOfRange(channel)) => 5 + channel.position() as u32,
+        Some(Rejected::Absent(Absence::Late)) => 8,
+        Some(Rejected::Absent(Absence::Missing)) => 9,
+        Some(_) => 15,
     };
-    let relays = ModelId::ALL.iter().fold(0, |bits, model| bits << 1 | u32::from(*verdict.relays.get(*model)));
+    let relays = ModelId::ALL.iter().fold(0, |bits, model| bits << 1 | u32::from(*verdict.relays().get(*model)));
     let [full, r1, r2, r3] =
-        ModelId::ALL.map(|model| verdict.residuals.map_or(u32::MAX, |residuals| residuals.get(model).to_bits()));
+        ModelId::ALL.map(|model| verdict.residuals().map_or(u32::MAX, |residuals| residuals.get(model).to_bits()));
     // A mission of 2^32 samples does not fit into a test; the low halves tell them apart.
     let low = |sample: Option<u64>| sample.map_or(u32::MAX, |sample| sample as u32);
     let flags = phase | diagnosis << 4 | rejected << 8 | relays << 12;
-    [verdict.sample as u32, flags, full, r1, r2, r3, low(verdict.alarm_since), low(verdict.located_since)]
+    [verdict.sample() as u32, flags, full, r1, r2, r3, low(verdict.alarm_since())]
 }
 
 /// Decomposes a symmetric matrix given as the words of its lower triangle by rows; the words of its eigenvalues and

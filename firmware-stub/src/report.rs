@@ -7,10 +7,10 @@ use monitor_core::{Diagnosis, Phase, Verdict};
 /// Logs an event of the sample that brought `verdict`.
 pub fn event(event: Event, verdict: &Verdict, thresholds: &Bank<f32>) {
     let sample = event.sample;
-    let residual = |model: ModelId| verdict.residuals.map_or(0.0, |residuals| *residuals.get(model));
+    let residual = |model: ModelId| verdict.residuals().map_or(0.0, |residuals| *residuals.get(model));
     match event.kind {
         EventKind::Located(Diagnosis::Fault(fault)) => {
-            let since = verdict.alarm_since.unwrap_or(sample);
+            let since = verdict.alarm_since().unwrap_or(sample);
             let (t2, limit) = (residual(ModelId::Full), thresholds.get(ModelId::Full));
             defmt::warn!(
                 "sample {=u64}: fault {}, alarm since sample {=u64}, T2 {=f32}, limit {=f32}",

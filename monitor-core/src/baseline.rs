@@ -7,6 +7,7 @@ use nalgebra::{Matrix2, SMatrix, SVector};
 use crate::hotelling::Model;
 use crate::moments::{LearnError, Moments};
 use crate::pca::{ExplainedShare, Pca, PcaError};
+use crate::range::Range;
 use crate::sample::{Bank, Channel, ModelId, Pair, PerPair};
 
 /// How far stored loadings may be from orthonormal, and stored eigenvalues from a total of three: four decimals.
@@ -17,7 +18,7 @@ const STORED_TOLERANCE: f32 = 1e-3;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum BaselineError {
-    /// The mean of a channel is not finite.
+    /// The mean of a channel is not a number that can be measured ([`Range::WIDE`]).
     Mean(Channel),
     /// The sigma of a channel is not a finite number above zero.
     Sigma(Channel),
@@ -83,7 +84,7 @@ impl Baseline {
     pub fn from_stored(stored: &Stored, share: ExplainedShare) -> Result<Self, BaselineError> {
         for (position, (mean, sigma)) in stored.mean.into_iter().zip(stored.sigma).enumerate() {
             let channel = Channel::at(position);
-            if !mean.is_finite() {
+            if !(mean.abs() <= Range::WIDE.high) {
                 return Err(BaselineError::Mean(channel));
             }
             if !(sigma > 0.0 && sigma.is_finite()) {
@@ -192,8 +193,9 @@ impl Baseline {
     }
 
     /// The deviation of a sample from the mean: the first half of (1.7). The other half, the division by sigma, is
-    /// folded into the rows of the models; the mean is not, because an offset of mean/sigma would cost that many eps.
-    #[inline]
+    /// folded into the triangles of the models; the mean is not, because an offset of mean/sigma would cost that many
+    /// eps.
+    #[inline(always)]
     #[must_use]
     pub fn deviation(&self, sample: [f32; 3]) -> [f32; 3] {
         let ([x1, x2, x3], [m1, m2, m3]) = (sample, self.mean);
@@ -201,7 +203,7 @@ impl Baseline {
     }
 
     /// T2 (1.6) of a deviation, by the full model and by each pair.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn t2(&self, deviation: [f32; 3]) -> Bank<f32> {
         Bank {
@@ -212,6 +214,29 @@ impl Baseline {
                 speed_voltage: self.pairs.speed_voltage.t2(Pair::SpeedVoltage.of(deviation)),
             },
         }
+    }
+
+    /// What each channel contributes to the T2 of a sample by the full model. See [`Model::contributions`].
+    #[must_use]
+    pub fn contributions(&self, sample: [f32; 3]) -> [f32; 3] {
+        let ([d1, d2, d3], [s1, s2, s3]) = (self.deviation(sample), self.sigma);
+        self.full.contributions([d1 / s1, d2 / s2, d3 / s3])
+    }
+
+    /// The same baseline for samples within `ranges`: no T2 of such a sample comes near the largest `f32`.
+    pub(crate) fn within(mut self, ranges: &[Range; 3]) -> Self {
+        let mut reach = [0.0; 3];
+        for ((reach, range), mean) in reach.iter_mut().zip(ranges).zip(self.mean) {
+            *reach = f32::max((range.high - mean).abs(), (range.low - mean).abs());
+        }
+        let pair = |pair: Pair, model: Model<2>| model.within(pair.of(reach));
+        self.full = self.full.within(reach);
+        self.pairs = PerPair {
+            speed_current: pair(Pair::SpeedCurrent, self.pairs.speed_current),
+            current_voltage: pair(Pair::CurrentVoltage, self.pairs.current_voltage),
+            speed_voltage: pair(Pair::SpeedVoltage, self.pairs.speed_voltage),
+        };
+        self
     }
 }
 

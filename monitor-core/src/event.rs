@@ -7,8 +7,8 @@ use heapless::Deque;
 
 use crate::localize::Diagnosis;
 use crate::moments::LearnError;
-use crate::monitor::{Phase, Verdict};
-use crate::sample::{Bank, ModelId};
+use crate::sample::ModelId;
+use crate::verdict::{Phase, Up, Verdict};
 
 /// What happened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,6 +39,51 @@ pub struct Event {
     pub kind: EventKind,
 }
 
+/// Most events that one verdict can bring: a phase, four relays, a diagnosis that goes and one that comes.
+pub const EVENTS_PER_VERDICT: usize = 7;
+
+/// Reads events off the stream of verdicts: what differs from one to the next.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Watch {
+    phase: Option<Phase>,
+    up: Up,
+}
+
+impl Watch {
+    /// Compares a verdict with the one before it and hands over what changed. Give it every verdict in turn.
+    #[inline]
+    pub fn observe(&mut self, verdict: &Verdict, event: impl FnMut(Event)) {
+        if self.phase != Some(verdict.phase()) || self.up != verdict.up {
+            self.changed(verdict, event);
+        }
+    }
+
+    fn changed(&mut self, verdict: &Verdict, mut event: impl FnMut(Event)) {
+        let sample = verdict.sample();
+        let mut push = |kind| event(Event { sample, kind });
+        if self.phase != Some(verdict.phase()) {
+            push(EventKind::Phase(verdict.phase()));
+        }
+        for model in ModelId::ALL {
+            match (self.up.bank().get(model), verdict.relays().get(model)) {
+                (false, true) => push(EventKind::RelayUp(model)),
+                (true, false) => push(EventKind::RelayDown(model)),
+                _ => {}
+            }
+        }
+        let (before, now) = (self.up.diagnosis(), verdict.diagnosis());
+        if before != now {
+            if before != Diagnosis::Healthy {
+                push(EventKind::Cleared(before));
+            }
+            if now != Diagnosis::Healthy {
+                push(EventKind::Located(now));
+            }
+        }
+        *self = Watch { phase: Some(verdict.phase()), up: verdict.up };
+    }
+}
+
 /// A first-in, first-out log of at most `CAPACITY` events.
 ///
 /// When it is full it keeps what it has and counts what comes: the beginning of a fault tells more than its tail.
@@ -46,46 +91,23 @@ pub struct Event {
 pub struct EventLog<const CAPACITY: usize> {
     events: Deque<Event, CAPACITY>,
     dropped: u32,
-    phase: Option<Phase>,
-    up: Bank<bool>,
-    diagnosis: Diagnosis,
+    watch: Watch,
 }
 
 impl<const CAPACITY: usize> EventLog<CAPACITY> {
-    /// Compares a verdict with the one before it and appends what changed. Give it every verdict in turn.
+    /// Appends what changed between the verdict before and this one. Give it every verdict in turn.
     pub fn observe(&mut self, verdict: &Verdict) {
-        if self.phase == Some(verdict.phase) && self.up == verdict.relays && self.diagnosis == verdict.diagnosis {
-            return;
-        }
-        let sample = verdict.sample;
-        if self.phase != Some(verdict.phase) {
-            // A window that ends in a new window was refused.
-            if let (Some(Phase::ModelDue), Phase::Learning, Some(error)) = (self.phase, verdict.phase, verdict.refused)
-            {
-                self.push(sample, EventKind::LearningRefused(error));
+        let EventLog { events, dropped, watch } = self;
+        watch.observe(verdict, |event| {
+            if events.push_back(event).is_err() {
+                *dropped = dropped.saturating_add(1);
             }
-            self.push(sample, EventKind::Phase(verdict.phase));
-        }
-        for model in ModelId::ALL {
-            match (self.up.get(model), verdict.relays.get(model)) {
-                (false, true) => self.push(sample, EventKind::RelayUp(model)),
-                (true, false) => self.push(sample, EventKind::RelayDown(model)),
-                _ => {}
-            }
-        }
-        if self.diagnosis != verdict.diagnosis {
-            if self.diagnosis != Diagnosis::Healthy {
-                self.push(sample, EventKind::Cleared(self.diagnosis));
-            }
-            if verdict.diagnosis != Diagnosis::Healthy {
-                self.push(sample, EventKind::Located(verdict.diagnosis));
-            }
-        }
-        (self.phase, self.up, self.diagnosis) = (Some(verdict.phase), verdict.relays, verdict.diagnosis);
+        });
     }
 
-    fn push(&mut self, sample: u64, kind: EventKind) {
-        if self.events.push_back(Event { sample, kind }).is_err() {
+    /// Appends that the learning window which ended before `sample` was refused.
+    pub fn refused(&mut self, sample: u64, error: LearnError) {
+        if self.events.push_back(Event { sample, kind: EventKind::LearningRefused(error) }).is_err() {
             self.dropped = self.dropped.saturating_add(1);
         }
     }
@@ -110,16 +132,21 @@ impl<const CAPACITY: usize> EventLog<CAPACITY> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    extern crate std;
+    use std::vec::Vec;
+
     use crate::localize::Fault;
-    use crate::sample::ModelId::Full;
+    use crate::sample::ModelId::{Full, Pair};
+    use crate::sample::Pair::{CurrentVoltage, SpeedVoltage};
 
     fn verdict(sample: u64, phase: Phase) -> Verdict {
         Verdict { sample, phase, ..Verdict::default() }
     }
 
-    fn alarm(sample: u64, diagnosis: Diagnosis) -> Verdict {
-        let relays = Bank { full: diagnosis != Diagnosis::Healthy, ..Bank::default() };
-        Verdict { diagnosis, relays, ..verdict(sample, Phase::Monitoring) }
+    /// Relays as in [`Up`]: full model, r1, r2, r3 from the lowest bit.
+    fn alarm(sample: u64, up: u32) -> Verdict {
+        Verdict { up: Up(up), ..verdict(sample, Phase::Monitoring) }
     }
 
     #[test]
@@ -129,37 +156,53 @@ mod tests {
         for v in [
             verdict(0, Phase::Learning),
             verdict(1, Phase::Monitoring),
-            alarm(2, Diagnosis::Unknown),
-            alarm(3, fault),
-            alarm(4, fault),
-            alarm(5, Diagnosis::Healthy),
+            alarm(2, 0b0101),
+            alarm(3, 0b1101),
+            alarm(4, 0b1101),
+            alarm(5, 0),
         ] {
             log.observe(&v);
         }
-        let seen: [Option<(u64, EventKind)>; 9] = core::array::from_fn(|_| log.pop().map(|e| (e.sample, e.kind)));
+        let seen: Vec<(u64, EventKind)> = core::iter::from_fn(|| log.pop().map(|e| (e.sample, e.kind))).collect();
         assert_eq!(
             seen,
             [
-                Some((0, EventKind::Phase(Phase::Learning))),
-                Some((1, EventKind::Phase(Phase::Monitoring))),
-                Some((2, EventKind::RelayUp(Full))),
-                Some((2, EventKind::Located(Diagnosis::Unknown))),
-                Some((3, EventKind::Cleared(Diagnosis::Unknown))),
-                Some((3, EventKind::Located(fault))),
-                Some((5, EventKind::RelayDown(Full))),
-                Some((5, EventKind::Cleared(fault))),
-                None,
+                (0, EventKind::Phase(Phase::Learning)),
+                (1, EventKind::Phase(Phase::Monitoring)),
+                (2, EventKind::RelayUp(Full)),
+                (2, EventKind::RelayUp(Pair(CurrentVoltage))),
+                (2, EventKind::Located(Diagnosis::Unknown)),
+                (3, EventKind::RelayUp(Pair(SpeedVoltage))),
+                (3, EventKind::Cleared(Diagnosis::Unknown)),
+                (3, EventKind::Located(fault)),
+                (5, EventKind::RelayDown(Full)),
+                (5, EventKind::RelayDown(Pair(CurrentVoltage))),
+                (5, EventKind::RelayDown(Pair(SpeedVoltage))),
+                (5, EventKind::Cleared(fault)),
             ]
         );
     }
 
     #[test]
+    fn one_verdict_brings_at_most_the_events_that_are_promised() {
+        let mut watch = Watch::default();
+        let mut most = 0;
+        for (before, after) in (0..16).flat_map(|a| (0..16).map(move |b| (a, b))) {
+            watch.observe(&alarm(0, before), |_| {});
+            let mut count = 0;
+            watch.observe(&Verdict { phase: Phase::Learning, ..alarm(1, after) }, |_| count += 1);
+            most = usize::max(most, count);
+        }
+        assert_eq!(most, EVENTS_PER_VERDICT);
+    }
+
+    #[test]
     fn a_refused_window_is_logged_with_its_reason() {
         let mut log = EventLog::<8>::default();
-        let refused = Some(LearnError::TooShort { samples: 3 });
         log.observe(&verdict(0, Phase::ModelDue));
-        log.observe(&Verdict { refused, ..verdict(1, Phase::Learning) });
-        assert!(log.iter().any(|e| e.kind == EventKind::LearningRefused(LearnError::TooShort { samples: 3 })));
+        log.refused(1, LearnError::TooShort { samples: 3 });
+        let last = log.iter().last().map(|e| (e.sample, e.kind));
+        assert_eq!(last, Some((1, EventKind::LearningRefused(LearnError::TooShort { samples: 3 }))));
     }
 
     #[test]

@@ -8,19 +8,23 @@ use crate::pca::Pca;
 /// the correlation matrix (N eps), and dividing by it would judge samples by that rounding.
 const EIGENVALUE_FLOOR: f32 = 16.0 * f32::EPSILON;
 
-/// Largest T2 that is passed on. It only keeps a sample near the largest `f32` from turning a filter's state into
-/// infinity, where it would stay; any limit is 9 orders of magnitude below.
-const T2_CEILING: f32 = 1e12;
+/// Largest T2 contribution of a channel's whole range to one score. It only keeps a filter's state from turning into
+/// infinity, where it would stay, for a channel whose range is 15 or more orders of magnitude wider than its sigma.
+const LARGEST_SCORE: f32 = 1e17;
 
-/// A model of `N` channels: a PCA, and the rows that turn a deviation from the mean into T2.
+/// A model of `N` channels: a PCA, and the triangle that turns a deviation from the mean into T2.
 ///
-/// Row k is loading k divided by sigma and by the component's standard deviation, times the square root of the scale
-/// in (1.6), so T2 is a plain sum of squares: no inverse, no division and no standardization are left per sample. The
-/// rows of components that are not retained are zero, so that the work does not depend on how many are.
+/// With P the retained loadings, D their variances and S the sigmas, (1.6) is T2 = |W d|^2 with W = c D^(-1/2) P' S^(-1) and
+/// c^2 the scale, so no inverse, no division and no standardization are left per sample. W = Q U with Q orthonormal and U
+/// upper triangular, and Q does not change a length: T2 = |U d|^2 costs half the products. U has a row of zeros for
+/// every component that is not retained, so the work does not depend on how many are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Model<const N: usize> {
     pca: Pca<N>,
-    rows: [[f32; N]; N],
+    /// c^2.
+    scale: f32,
+    /// U, row by row.
+    triangle: [[f32; N]; N],
 }
 
 impl<const N: usize> Model<N> {
@@ -29,15 +33,25 @@ impl<const N: usize> Model<N> {
     pub fn new(pca: Pca<N>, sigma: SVector<f32, N>, samples: u32) -> Self {
         let scale = phase_two_scale(samples, pca.retained());
         let mut rows = [[0.0; N]; N];
-        let components = pca.loadings().column_iter().zip(pca.eigenvalues().iter()).take(pca.retained());
-        for (row, (loading, variance)) in rows.iter_mut().zip(components) {
-            // (1.6): D^-1 as a division by the component's standard deviation; (1.7): the division by sigma.
-            let weight = libm::sqrtf(scale / variance.max(EIGENVALUE_FLOOR));
+        let components = pca.loadings().column_iter().zip(weights(&pca, scale));
+        for (row, (loading, weight)) in rows.iter_mut().zip(components) {
             for ((cell, p), s) in row.iter_mut().zip(loading.iter()).zip(sigma.iter()) {
-                *cell = weight * p / s;
+                *cell = weight * p / s; // (1.7): the division by sigma
             }
         }
-        Model { pca, rows }
+        triangulate(&mut rows);
+        Model { pca, scale, triangle: rows }
+    }
+
+    /// The same model for deviations of at most `reach` in each channel, none of which gives a T2 near the largest `f32`.
+    pub(crate) fn within(mut self, reach: [f32; N]) -> Self {
+        for row in &mut self.triangle {
+            for (cell, reach) in row.iter_mut().zip(reach) {
+                let largest = LARGEST_SCORE / reach;
+                *cell = cell.clamp(-largest, largest);
+            }
+        }
+        self
     }
 
     /// The PCA behind the model.
@@ -48,38 +62,77 @@ impl<const N: usize> Model<N> {
 
     /// T2 of one deviation from the mean (each channel in its unit), with the scale of (1.6): about one on average
     /// while the process is in control.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn t2(&self, deviation: [f32; N]) -> f32 {
-        let t2 = self.scores(deviation).iter().map(|y| y * y).sum::<f32>(); // (1.6)
-        // Written so that NaN (infinity minus infinity of a sample near the largest f32) is above the ceiling too.
-        if t2 < T2_CEILING { t2 } else { T2_CEILING }
+        let mut t2 = 0.0;
+        for (k, row) in self.triangle.iter().enumerate() {
+            let mut score = 0.0;
+            for (u, d) in row.iter().zip(deviation).skip(k) {
+                score += u * d;
+            }
+            t2 += score * score; // (1.6)
+        }
+        t2
     }
 
-    /// Scores of the retained components, each over its standard deviation and scaled as in (1.6); zero for the rest.
-    #[inline]
-    fn scores(&self, deviation: [f32; N]) -> [f32; N] {
-        self.rows.map(|row| row.iter().zip(deviation).map(|(w, d)| w * d).sum())
-    }
-
-    /// What each channel contributes to the T2 of a deviation. The contributions are not negative and sum to T2.
+    /// What each channel contributes to the T2 of a standardized deviation z (1.7). The contributions are not negative
+    /// and sum to T2.
     ///
     /// Complete decomposition contributions (Alcala and Qin 2009): the square of each channel's entry in
     /// M^(1/2) z, where T2 = z' M z. Of the forms in use it is the one that cannot blame a channel by a negative
     /// number.
     #[must_use]
-    pub fn contributions(&self, deviation: [f32; N]) -> [f32; N] {
-        let scores = self.scores(deviation);
-        let mut contributions = [0.0; N];
-        for (channel, share) in contributions.iter_mut().enumerate() {
-            let loading = self.pca.loadings().row(channel);
-            let entry: f32 = loading.iter().zip(scores).map(|(p, y)| p * y).sum();
-            *share = entry * entry;
+    pub fn contributions(&self, z: [f32; N]) -> [f32; N] {
+        let mut entries = [0.0; N];
+        for (loading, weight) in self.pca.loadings().column_iter().zip(weights(&self.pca, self.scale)) {
+            let score: f32 = weight * loading.iter().zip(z).map(|(p, z)| p * z).sum::<f32>();
+            for (entry, p) in entries.iter_mut().zip(loading.iter()) {
+                *entry += p * score;
+            }
         }
-        contributions
+        entries.map(|entry| entry * entry)
     }
 }
 
+/// c D^(-1/2) of (1.6): what the score of each component is multiplied by; zero for those that are not retained.
+fn weights<const N: usize>(pca: &Pca<N>, scale: f32) -> [f32; N] {
+    let mut weights = [0.0; N];
+    for (weight, variance) in weights.iter_mut().zip(pca.eigenvalues().iter()).take(pca.retained()) {
+        *weight = libm::sqrtf(scale / variance.max(EIGENVALUE_FLOOR));
+    }
+    weights
+}
+
+/// Turns `rows` into an upper triangle with the same lengths |rows d| for every d, by rotations of two rows (Givens).
+fn triangulate<const N: usize>(rows: &mut [[f32; N]; N]) {
+    for column in 0..N {
+        for below in column + 1..N {
+            let (upper, lower) = rows.split_at_mut(below);
+            if let (Some(upper), Some(lower)) = (upper.get_mut(column), lower.first_mut()) {
+                rotate(upper, lower, column);
+            }
+        }
+    }
+}
+
+/// Rotates two rows so that `lower` becomes zero in a column.
+fn rotate<const N: usize>(upper: &mut [f32; N], lower: &mut [f32; N], column: usize) {
+    let (Some(p), Some(q)) = (upper.get(column).copied(), lower.get(column).copied()) else { return };
+    let larger = f32::max(p.abs(), q.abs());
+    if !(larger > 0.0) {
+        return;
+    }
+    let (p, q) = (p / larger, q / larger);
+    let length = libm::sqrtf(p * p + q * q);
+    let (cos, sin) = (p / length, q / length);
+    for (a, b) in upper.iter_mut().zip(lower.iter_mut()) {
+        (*a, *b) = (cos * *a + sin * *b, cos * *b - sin * *a);
+    }
+    if let Some(cell) = lower.get_mut(column) {
+        *cell = 0.0;
+    }
+}
 /// The factor I (I - R) / (R (I^2 - 1)) of (1.6), for I samples and R retained components.
 ///
 /// The paper prints I^2 - I in the denominator; the limit of a future sample's T2 (phase II) has I^2 - 1, and that is
@@ -118,17 +171,37 @@ mod tests {
     }
 
     #[test]
-    fn a_sample_that_overflows_gives_the_ceiling_and_never_a_number_that_is_not_one() {
-        let model = model([0.5, 0.2, -0.3], [0.1, 0.02, 0.02], 15_000, 1.0);
-        for deviation in [[f32::MAX, f32::MAX, -f32::MAX], [1e30, 0.0, 0.0], [f32::INFINITY, f32::NEG_INFINITY, 0.0]] {
-            assert_eq!(model.t2(deviation), T2_CEILING);
+    fn no_deviation_within_reach_overflows_however_small_the_sigmas_are() {
+        for sigma in [1e-30, 1e-12, 0.1] {
+            let model = model([0.999, 0.2, 0.2], [sigma; 3], 15_000, 1.0).within([1e3, 1e9, 2e9]);
+            let largest = model.t2([1e3, -1e9, 2e9]);
+            assert!(largest > 1e3 && largest < 1e36, "sigma {sigma}: {largest}");
+        }
+    }
+
+    #[test]
+    fn models_of_any_rank_measure_the_same_length_by_their_triangle_as_by_their_components() {
+        for share in [0.3, 0.8, 1.0] {
+            let model = model([0.6, 0.5, 0.4], [2.0, 0.5, 1.0], 15_000, share);
+            let [first, second, third] = model.triangle;
+            assert_eq!([second[0], third[0], third[1]], [0.0; 3], "upper triangle");
+            assert!(first[0].abs() > 0.0);
+            for z in [[1.0, 0.0, 0.0], [0.3, -2.0, 0.7], [5.0, 5.0, -5.0_f32]] {
+                let components = model.pca().loadings().column_iter().zip(weights(model.pca(), model.scale));
+                let exact: f32 = components
+                    .map(|(loading, weight)| weight * loading.iter().zip(z).map(|(p, z)| p * z).sum::<f32>())
+                    .map(|score| score * score)
+                    .sum();
+                let found = model.t2([2.0 * z[0], 0.5 * z[1], z[2]]);
+                assert!((found - exact).abs() <= 1e-5 * exact + 1e-6, "{found} for {exact}");
+            }
         }
     }
 
     #[test]
     fn a_channel_that_moves_alone_contributes_most_when_channels_are_independent() {
         let model = model([0.0, 0.0, 0.0], [0.1, 0.02, 0.02], 15_000, 1.0);
-        let contributions = model.contributions([0.0, 0.2, 0.0]);
+        let contributions = model.contributions([0.0, 10.0, 0.0]);
         assert!(contributions[1] > 0.999 * contributions.iter().sum::<f32>());
     }
 

@@ -10,6 +10,7 @@
 // In the order in which the data flows.
 pub mod units;
 pub mod sample;
+pub mod range;
 pub mod set_point;
 pub mod moments;
 pub mod eigen;
@@ -22,11 +23,14 @@ pub mod moving_average;
 pub mod relay;
 pub mod localize;
 mod detector;
+pub mod verdict;
 pub mod monitor;
 pub mod event;
 
 pub use baseline::Baseline;
 pub use event::EventLog;
 pub use localize::{Diagnosis, Fault};
-pub use monitor::{Config, Monitor, Phase, Verdict};
+pub use monitor::{Config, Monitor};
+pub use range::Range;
 pub use sample::{Bank, Sample};
+pub use verdict::{Phase, Verdict};

@@ -17,18 +17,24 @@ pub enum LowPassError {
 }
 
 /// Coefficients of the filter H(z), bilinear transform of the Butterworth prototype, in delta-operator form.
+///
+/// The two states are in the unit of the input: `lag` follows the input, and the output follows `lag`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LowPass {
-    b0: f32,
-    alpha1: f32,
-    alpha2: f32,
+    /// Share of the input in the output of the same sample.
+    direct: f32,
+    /// How far `lag` moves towards the input in one sample, as a share of what separates output and input.
+    to_lag: f32,
+    /// How far `base` moves in one sample, as a share of what separates output and `lag`.
+    to_base: f32,
 }
 
 /// State of a [`LowPass`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LowPassState {
-    s1: f32,
-    s2: f32,
+    /// The output without the input's direct share.
+    base: f32,
+    lag: f32,
 }
 
 impl LowPass {
@@ -42,16 +48,17 @@ impl LowPass {
             return Err(LowPassError::Cutoff);
         }
         // With g = tan(pi fc/fs) and D = 1/(1 + sqrt(2) g + g^2): b0 = g^2 D, a1 = 2 D (g^2 - 1),
-        // a2 = D (1 - sqrt(2) g + g^2). In delta form alpha1 = 2 + a1 and alpha2 = 1 + a1 + a2, written here without
-        // the differences that would cost their digits.
+        // a2 = D (1 - sqrt(2) g + g^2). In delta form alpha2 = 1 + a1 + a2 = 4 b0 and alpha1 = 2 + a1 = 4 b0 + beta with
+        // beta = 2 sqrt(2) g D. The second state is scaled by beta, so that at rest it equals the input; then
+        // alpha2/beta = sqrt(2) g, and no coefficient is a difference that would cost its digits.
         const SQRT_2: f32 = core::f32::consts::SQRT_2;
         let g = libm::tanf(core::f32::consts::PI * cutoff);
         let d = 1.0 / (1.0 + g * (SQRT_2 + g));
-        let b0 = g * g * d;
-        if !(b0 > 0.0) {
+        let direct = g * g * d;
+        if !(direct > 0.0) {
             return Err(LowPassError::Cutoff); // so slow that the gain underflows
         }
-        Ok(LowPass { b0, alpha1: 4.0 * b0 + 2.0 * SQRT_2 * g * d, alpha2: 4.0 * b0 })
+        Ok(LowPass { direct, to_lag: SQRT_2 * g, to_base: 2.0 * SQRT_2 * g * d })
     }
 }
 
@@ -60,17 +67,22 @@ impl Smoother for LowPass {
 
     fn at_rest(&self, value: f32) -> LowPassState {
         // The fixed point of `step` for a constant input.
-        LowPassState { s1: value - self.b0 * value, s2: (self.alpha1 - self.alpha2) * value }
+        LowPassState { base: value - self.direct * value, lag: value }
     }
 
-    #[inline]
+    #[inline(always)]
     fn step(&self, state: &mut LowPassState, input: f32) -> f32 {
-        let u = self.b0 * input;
-        let y = state.s1 + u;
-        let q = 4.0 * u;
-        state.s1 += state.s2 + (q - self.alpha1 * y);
-        state.s2 += q - self.alpha2 * y;
-        y
+        let output = state.base + self.direct * input;
+        state.lag += self.to_lag * (input - output);
+        state.base += self.to_base * (state.lag - output);
+        output
+    }
+
+    #[inline(always)]
+    fn step_if(&self, live: bool, state: &mut LowPassState, input: f32) -> f32 {
+        // Every increment has a coefficient, so that zeros hold the state without a branch.
+        let hold = |share: f32| if live { share } else { 0.0 };
+        LowPass { to_lag: hold(self.to_lag), to_base: hold(self.to_base), ..*self }.step(state, input)
     }
 }
 

@@ -70,8 +70,10 @@ pub struct Moments<const N: usize> {
     shift: [f32; N],
     block: Sums<N>,
     total: Sums<N>,
-    in_block: u32,
-    in_total: u32,
+    /// Slots of the window so far, those without a sample included; blocks are counted in slots.
+    slots: u32,
+    /// Samples taken.
+    taken: u32,
 }
 
 /// What a learning window says: `mean` (N), `covariance` (N x N, symmetric, 1/(n-1)) of `samples` samples.
@@ -87,7 +89,7 @@ pub struct Statistics<const N: usize> {
 
 impl<const N: usize> Default for Moments<N> {
     fn default() -> Self {
-        Moments { shift: [0.0; N], block: Sums::ZERO, total: Sums::ZERO, in_block: 0, in_total: 0 }
+        Moments { shift: [0.0; N], block: Sums::ZERO, total: Sums::ZERO, slots: 0, taken: 0 }
     }
 }
 
@@ -95,16 +97,23 @@ impl<const N: usize> Moments<N> {
     /// Fewest samples of a window that can be learned from.
     pub const MIN_SAMPLES: u32 = MIN_SAMPLES_PER_CHANNEL * N as u32;
 
-    /// Takes one sample. Constant work, but for every 64th sample, which merges a block.
+    /// Takes one sample. Constant work, but for every 64th slot, which merges a block.
     ///
     /// A value that is not finite poisons its channel's sums on purpose: [`Moments::statistics`] then refuses the
     /// window and names the channel.
-    #[inline]
+    #[inline(always)]
     pub fn push(&mut self, x: [f32; N]) {
-        if self.samples() == 0 {
+        self.push_if(true, x);
+    }
+
+    /// As [`Moments::push`] when `live`; otherwise the slot goes by without a sample, with the same work. The first
+    /// slot of a window must be live.
+    #[inline(always)]
+    pub(crate) fn push_if(&mut self, live: bool, x: [f32; N]) {
+        if self.slots == 0 {
             self.shift = x;
         }
-        let deviation = difference(x, self.shift);
+        let deviation = difference(x, self.shift).map(|d| if live { d } else { 0.0 });
         for (i, (sum, d_i)) in self.block.first.iter_mut().zip(deviation).enumerate() {
             *sum += d_i;
             if let Some(row) = self.block.second.get_mut(i) {
@@ -113,8 +122,9 @@ impl<const N: usize> Moments<N> {
                 }
             }
         }
-        self.in_block += 1;
-        if self.in_block == BLOCK {
+        self.taken += u32::from(live);
+        self.slots += 1;
+        if self.slots.is_multiple_of(BLOCK) {
             self.merge_block();
         }
     }
@@ -123,22 +133,28 @@ impl<const N: usize> Moments<N> {
     #[inline]
     #[must_use]
     pub const fn samples(&self) -> u32 {
-        self.in_total + self.in_block
+        self.taken
     }
 
+    /// Slots that have gone by, with and without a sample.
+    #[inline(always)]
+    pub(crate) const fn slots(&self) -> u32 {
+        self.slots
+    }
+
+    #[cold]
+    #[inline(never)]
     fn merge_block(&mut self) {
-        if self.in_total == 0 {
+        if self.slots == BLOCK {
             self.recentre_block();
         }
         self.total.add(&self.block);
-        self.in_total += self.in_block;
         self.block = Sums::ZERO;
-        self.in_block = 0;
     }
 
     /// Moves the shift from the first sample, which may be an outlier, to the mean of the first block.
     fn recentre_block(&mut self) {
-        let n = self.in_block as f32;
+        let n = self.taken as f32;
         let before = self.shift;
         for (shift, sum) in self.shift.iter_mut().zip(self.block.first) {
             *shift += sum / n;

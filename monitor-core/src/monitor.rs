@@ -1,16 +1,17 @@
 //! The monitor: set-point gate, phase I (learning), phase II (judging), one call per sample.
 
 use crate::baseline::Baseline;
-use crate::detector::{Alarm, Chain, Detector};
-use crate::localize::Diagnosis;
+use crate::detector::{Chain, Detector};
 use crate::low_pass::{LowPass, LowPassError};
 use crate::moments::{LearnError, Moments};
 use crate::pca::{ExplainedShare, PcaError};
+use crate::range::{Doors, Look, Range};
 use crate::relay::{Relay, RelayError};
 use crate::sample::{Bank, Channel, ModelId, PerPair, Sample};
 use crate::set_point::{Gate, GateError, GateState, SetPointGate};
 use crate::smoother::Smoother;
 use crate::units::RadPerSec;
+use crate::verdict::{Absence, Phase, Settling, Slot, Up, Verdict};
 
 /// Settings of a monitor. All of them are fixed before the first sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,11 +32,14 @@ pub struct Config {
     pub thresholds: Bank<f32>,
     /// How far below its threshold a residual must fall to bring its relay down, as a share of it, in [0, 1).
     pub hysteresis: f32,
+    /// What each channel can credibly read, in its unit: the ends of its converter.
+    pub range: [Range; 3],
 }
 
 impl Config {
     /// The paper's settings for a sampling rate: 5 s to settle, 15 s to learn, 80 % explained variance, residuals
-    /// smoothed at 1 Hz. The thresholds are found for each motor by borderline runs (III.B).
+    /// smoothed at 1 Hz. The thresholds are found for each motor by borderline runs (III.B). Ranges are as wide as they can
+    /// be: a board gives those of its converters.
     #[must_use]
     pub const fn paper(sample_rate_hz: f32, thresholds: Bank<f32>) -> Self {
         Config {
@@ -47,6 +51,7 @@ impl Config {
             cutoff_hz: 1.0,
             thresholds,
             hysteresis: 0.1,
+            range: [Range::WIDE; 3],
         }
     }
 }
@@ -72,6 +77,8 @@ pub enum ConfigError {
     Threshold(ModelId),
     /// The hysteresis must lie in [0, 1).
     Hysteresis,
+    /// The range of this channel must ascend and lie within [`Range::WIDE`].
+    Range(Channel),
 }
 
 impl From<PcaError> for ConfigError {
@@ -92,71 +99,6 @@ impl From<GateError> for ConfigError {
     }
 }
 
-/// Why the monitor is settling.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Settling {
-    /// It has just been started.
-    #[default]
-    Start,
-    /// The set point has changed: the baseline of the old one says nothing about the new one.
-    SetPointChanged,
-}
-
-/// What the monitor is doing; anything but `Monitoring` is the reason why a sample was not judged.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Phase {
-    /// Waiting for the loop to settle.
-    Settling(Settling),
-    /// Phase I: gathering the learning window.
-    Learning,
-    /// The window is complete; [`Monitor::finish_learning`] has not been called yet.
-    ModelDue,
-    /// Phase II: every sample is judged.
-    Monitoring,
-}
-
-impl Default for Phase {
-    fn default() -> Self {
-        Phase::Settling(Settling::Start)
-    }
-}
-
-/// Why a sample was turned away before it touched any state.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Rejected {
-    /// This channel (the first such) is not a finite number.
-    NonFinite(Channel),
-    /// The set point is not a finite number.
-    NonFiniteSetPoint,
-}
-
-/// What the monitor says of one sample.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Verdict {
-    /// Index of the sample, counted from zero; rejected samples count, because time passes with them too.
-    pub sample: u64,
-    /// What the monitor is doing.
-    pub phase: Phase,
-    /// Why the sample was turned away, if it was. The rest of the verdict then is as the sample before left it.
-    pub rejected: Option<Rejected>,
-    /// Why the last complete learning window was refused, until one is accepted.
-    pub refused: Option<LearnError>,
-    /// The smoothed T2 of the four models; none when the sample was not judged.
-    pub residuals: Option<Bank<f32>>,
-    /// Which relays are up.
-    pub relays: Bank<bool>,
-    /// What the table (1.8) says of the pair relays.
-    pub diagnosis: Diagnosis,
-    /// The sample from which on some relay has been up without a break.
-    pub alarm_since: Option<u64>,
-    /// The sample from which on the diagnosis has stood.
-    pub located_since: Option<u64>,
-}
-
 /// Where the monitor stands; each phase owns what it moves, so a monitor is as large as its largest phase.
 #[derive(Clone, Copy, Debug)]
 enum Stage<S: Smoother> {
@@ -172,15 +114,18 @@ enum Stage<S: Smoother> {
 /// [`MovingAverage`](crate::moving_average::MovingAverage).
 #[derive(Clone, Debug)]
 pub struct Monitor<S: Smoother = LowPass> {
-    gate: SetPointGate,
+    // What every sample touches comes first, where one instruction reaches it.
+    next_sample: u64,
     gate_state: GateState,
-    settling: Settling,
-    learn_samples: u32,
-    share: ExplainedShare,
+    gate: SetPointGate,
+    doors: Doors,
     chain: Chain<S>,
     stage: Stage<S>,
+    settling: Settling,
+    learn_slots: u32,
+    share: ExplainedShare,
     refused: Option<LearnError>,
-    next_sample: u64,
+    ranges: [Range; 3],
 }
 
 impl Monitor {
@@ -208,7 +153,7 @@ impl<S: Smoother> Monitor<S> {
             (0.0..4_294_967_296.0).contains(&samples).then_some(samples as u32)
         };
         let settle_samples = samples(config.settle_s).ok_or(ConfigError::SettleTime)?;
-        let learn_samples =
+        let learn_slots =
             samples(config.learn_s).filter(|n| *n >= Moments::<3>::MIN_SAMPLES).ok_or(ConfigError::LearnTime)?;
         let gate = SetPointGate::new(config.set_point_tolerance, settle_samples)?;
         let relay = |model| {
@@ -221,15 +166,17 @@ impl<S: Smoother> Monitor<S> {
         let pairs =
             PerPair { speed_current: speed_current?, current_voltage: current_voltage?, speed_voltage: speed_voltage? };
         Ok(Monitor {
-            gate,
+            next_sample: 0,
             gate_state: gate.unknown(),
-            settling: Settling::Start,
-            learn_samples,
-            share: ExplainedShare::new(config.explained_share)?,
+            gate,
+            doors: Doors::new(&config.range).map_err(ConfigError::Range)?,
             chain: Chain { smoother, relays: Bank { full: full?, pairs } },
             stage: Stage::Settling,
+            settling: Settling::Start,
+            learn_slots,
+            share: ExplainedShare::new(config.explained_share)?,
             refused: None,
-            next_sample: 0,
+            ranges: config.range,
         })
     }
 
@@ -237,8 +184,12 @@ impl<S: Smoother> Monitor<S> {
     #[must_use]
     pub fn starting_from(mut self, baseline: Baseline, set_point: f32) -> Self {
         self.gate_state = self.gate.open_at(set_point);
-        self.stage = Stage::Monitoring(Detector::new(baseline, &self.chain.smoother));
+        self.stage = self.judging_by(baseline);
         self
+    }
+
+    fn judging_by(&self, baseline: Baseline) -> Stage<S> {
+        Stage::Monitoring(Detector::new(baseline, &self.chain.smoother, &self.ranges))
     }
 
     /// Takes one sample of the motor and says what is wrong, if anything is.
@@ -249,37 +200,59 @@ impl<S: Smoother> Monitor<S> {
 
     /// The same for any three channels: positions 0, 1 and 2 stand where speed, current and voltage do.
     ///
-    /// Never fails, never allocates. A sample or set point that is not finite is reported and leaves every state as it
-    /// was; only the sample count goes on.
+    /// Never fails, never allocates. A sample that is not finite or out of range is reported and leaves model, filters
+    /// and relays as they were: only time passes. While the set point holds, the work does not depend on the sample.
     #[inline]
     pub fn step_channels(&mut self, set_point: f32, x: [f32; 3]) -> Verdict {
+        self.slot(set_point, self.doors.look(x), x)
+    }
+
+    /// Lets a slot of the sampling clock go by that has no sample of its own, and says so.
+    pub fn skip(&mut self, why: Absence) -> Verdict {
+        let verdict = self.slot(self.gate_state.reference(), Look::NOTHING, [0.0; 3]);
+        Verdict { slot: Slot::Absent(why), ..verdict }
+    }
+
+    #[inline(always)]
+    fn slot(&mut self, set_point: f32, look: Look, x: [f32; 3]) -> Verdict {
         let sample = self.next_sample;
-        self.next_sample += 1;
-        let rejected = match Channel::first_non_finite(&x) {
-            Some(channel) => Some(Rejected::NonFinite(channel)),
-            None if !set_point.is_finite() => Some(Rejected::NonFiniteSetPoint),
-            None => None,
-        };
-        if rejected.is_some() {
-            return self.verdict(sample, rejected, None);
+        self.next_sample = sample.wrapping_add(1);
+        match &mut self.stage {
+            Stage::Monitoring(detector) if self.gate.holds(&self.gate_state, set_point) => {
+                let residuals = detector.step(&self.chain, sample, look, x);
+                let (up, alarm_since) = (detector.up, detector.alarm_since);
+                Verdict { sample, alarm_since, residuals, up, look, slot: Slot::Sampled, phase: Phase::Monitoring }
+            }
+            Stage::Learning(window) if window.slots() > 0 && self.gate.holds(&self.gate_state, set_point) => {
+                window.push_if(look.fit(), x);
+                if window.slots() >= self.learn_slots {
+                    self.stage = Stage::ModelDue(*window);
+                }
+                self.unjudged(sample, look, Slot::Sampled)
+            }
+            _ => self.between(sample, set_point, look, x),
+        }
+    }
+
+    /// Whatever is not routine: the monitor settles, a window begins or waits for its model, the set point has moved.
+    #[cold]
+    #[inline(never)]
+    fn between(&mut self, sample: u64, set_point: f32, look: Look, x: [f32; 3]) -> Verdict {
+        if !set_point.is_finite() {
+            return self.unjudged(sample, look, Slot::SetPointNonFinite);
         }
         match self.gate.step(&mut self.gate_state, set_point) {
             Gate::Changed => self.settle(),
             Gate::Settling => {}
             Gate::Open => self.open(),
         }
-        let residuals = match &mut self.stage {
-            Stage::Settling | Stage::ModelDue(_) => None,
-            Stage::Learning(window) => {
-                window.push(x);
-                if window.samples() >= self.learn_samples {
-                    self.stage = Stage::ModelDue(*window);
-                }
-                None
-            }
-            Stage::Monitoring(detector) => Some(detector.step(&self.chain, sample, x)),
-        };
-        self.verdict(sample, None, residuals)
+        // A window begins with a sample that is fit: deviations are taken from it.
+        if let Stage::Learning(window) = &mut self.stage
+            && look.fit()
+        {
+            window.push(x);
+        }
+        self.unjudged(sample, look, Slot::Sampled)
     }
 
     /// The set point has moved: whatever was learned or stood is void.
@@ -296,6 +269,17 @@ impl<S: Smoother> Monitor<S> {
         if let Stage::Settling = self.stage {
             self.stage = Stage::Learning(Moments::default());
         }
+    }
+
+    /// The verdict on a sample that no model has judged.
+    #[inline(always)]
+    fn unjudged(&self, sample: u64, look: Look, slot: Slot) -> Verdict {
+        // A set point that is no number leaves an alarm as it stands.
+        let (up, alarm_since) = match &self.stage {
+            Stage::Monitoring(detector) => (detector.up, detector.alarm_since),
+            _ => (Up::default(), 0),
+        };
+        Verdict { sample, alarm_since, residuals: Bank::default(), up, look, slot, phase: self.phase() }
     }
 
     /// The learning window, once it is complete and until a model is installed.
@@ -315,7 +299,7 @@ impl<S: Smoother> Monitor<S> {
     pub fn install(&mut self, learned: Result<Baseline, LearnError>) -> bool {
         let Stage::ModelDue(_) = self.stage else { return false };
         (self.stage, self.refused) = match learned {
-            Ok(baseline) => (Stage::Monitoring(Detector::new(baseline, &self.chain.smoother)), None),
+            Ok(baseline) => (self.judging_by(baseline), None),
             Err(error) => (Stage::Learning(Moments::default()), Some(error)),
         };
         true
@@ -329,7 +313,7 @@ impl<S: Smoother> Monitor<S> {
     pub fn recall(&mut self, baseline: Baseline) -> bool {
         let wanted = matches!(self.stage, Stage::Learning(_) | Stage::ModelDue(_));
         if wanted {
-            self.stage = Stage::Monitoring(Detector::new(baseline, &self.chain.smoother));
+            self.stage = self.judging_by(baseline);
             self.refused = None;
         }
         wanted
@@ -362,7 +346,13 @@ impl<S: Smoother> Monitor<S> {
     /// See [`Model::contributions`](crate::hotelling::Model::contributions).
     #[must_use]
     pub fn contributions(&self, x: [f32; 3]) -> Option<[f32; 3]> {
-        self.baseline().map(|baseline| baseline.full().contributions(baseline.deviation(x)))
+        self.baseline().map(|baseline| baseline.contributions(x))
+    }
+
+    /// Why the last complete learning window was refused, until one is accepted.
+    #[must_use]
+    pub const fn refused(&self) -> Option<LearnError> {
+        self.refused
     }
 
     /// The threshold of each residual's relay.
@@ -377,24 +367,6 @@ impl<S: Smoother> Monitor<S> {
             Stage::Learning(_) => Phase::Learning,
             Stage::ModelDue(_) => Phase::ModelDue,
             Stage::Monitoring(_) => Phase::Monitoring,
-        }
-    }
-
-    fn verdict(&self, sample: u64, rejected: Option<Rejected>, residuals: Option<Bank<f32>>) -> Verdict {
-        let alarm = match &self.stage {
-            Stage::Monitoring(detector) => detector.alarm,
-            _ => Alarm::default(),
-        };
-        Verdict {
-            sample,
-            phase: self.phase(),
-            rejected,
-            refused: self.refused,
-            residuals,
-            relays: alarm.up,
-            diagnosis: alarm.diagnosis,
-            alarm_since: alarm.since(),
-            located_since: alarm.located_since(),
         }
     }
 }

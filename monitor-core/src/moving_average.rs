@@ -65,6 +65,11 @@ impl<const CAPACITY: usize> Smoother for MovingAverage<CAPACITY> {
         }
         state.sum * self.reciprocal
     }
+
+    #[inline]
+    fn step_if(&self, live: bool, state: &mut Self::State, input: f32) -> f32 {
+        if live { self.step(state, input) } else { state.sum * self.reciprocal }
+    }
 }
 
 #[cfg(test)]

@@ -40,7 +40,7 @@ impl Relay {
     }
 
     /// Takes one residual; returns whether the relay is up.
-    #[inline]
+    #[inline(always)]
     pub fn step(&self, up: &mut bool, residual: f32) -> bool {
         let level = if *up { self.off } else { self.on };
         *up = residual > level;

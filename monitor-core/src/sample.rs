@@ -58,12 +58,6 @@ impl Channel {
             Channel::ArmatureVoltage => 2,
         }
     }
-
-    /// The first channel of `x` that is not a finite number.
-    #[must_use]
-    pub(crate) fn first_non_finite(x: &[f32; 3]) -> Option<Channel> {
-        x.iter().position(|value| !value.is_finite()).map(Channel::at)
-    }
 }
 
 /// A pair of channels: the data set of one partial PCA model (the paper, III.C).
@@ -183,19 +177,6 @@ impl<T> Bank<T> {
         match model {
             ModelId::Full => &self.full,
             ModelId::Pair(pair) => self.pairs.get(pair),
-        }
-    }
-
-    /// The values of two banks side by side.
-    #[inline(always)]
-    pub(crate) fn zip<U>(self, other: Bank<U>) -> Bank<(T, U)> {
-        Bank {
-            full: (self.full, other.full),
-            pairs: PerPair {
-                speed_current: (self.pairs.speed_current, other.pairs.speed_current),
-                current_voltage: (self.pairs.current_voltage, other.pairs.current_voltage),
-                speed_voltage: (self.pairs.speed_voltage, other.pairs.speed_voltage),
-            },
         }
     }
 

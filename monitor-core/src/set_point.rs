@@ -36,6 +36,13 @@ pub struct GateState {
     remaining: u32,
 }
 
+impl GateState {
+    /// The set point that the gate stands at; infinite before the first.
+    pub(crate) const fn reference(&self) -> f32 {
+        self.reference
+    }
+}
+
 impl SetPointGate {
     /// A gate that closes when the set point leaves its reference by more than `tolerance` (in the set point's unit)
     /// and opens again `settle_samples` after the last such change.
@@ -62,12 +69,17 @@ impl SetPointGate {
         GateState { reference: set_point, remaining: 0 }
     }
 
-    /// Takes the set point of one sample. The caller has checked that it is finite.
-    #[inline]
-    pub fn step(&self, state: &mut GateState, set_point: f32) -> Gate {
-        let distance = set_point - state.reference;
+    /// Whether a set point is the one the gate stands at; no number that is not finite is.
+    #[inline(always)]
+    #[must_use]
+    pub fn holds(&self, state: &GateState, set_point: f32) -> bool {
         // A set point that creeps is compared with the reference it left, so a slow ramp cannot pass unseen.
-        if !(-self.tolerance <= distance && distance <= self.tolerance) {
+        (set_point - state.reference).abs() <= self.tolerance
+    }
+
+    /// Takes the set point of one sample. The caller has checked that it is finite.
+    pub fn step(&self, state: &mut GateState, set_point: f32) -> Gate {
+        if !self.holds(state, set_point) {
             *state = GateState { reference: set_point, remaining: self.settle_samples };
             return Gate::Changed;
         }

@@ -92,7 +92,7 @@ pub fn fly(
         let verdict = monitor.step(RadPerSec(measured.set_point as f32), sample(&measured));
         log.observe(&verdict);
         events.extend(std::iter::from_fn(|| log.pop()));
-        if verdict.phase == Phase::ModelDue {
+        if verdict.phase() == Phase::ModelDue {
             monitor
                 .finish_learning()
                 .map_err(|error| MissionError::Learning(ChannelNames::motor().explain_learning(error)))?;

@@ -4,8 +4,9 @@ use monitor_core::baseline::BaselineError;
 use monitor_core::event::EventKind;
 use monitor_core::localize::{Diagnosis, Fault};
 use monitor_core::moments::{LearnError, Moments};
-use monitor_core::monitor::{ConfigError, Settling};
+use monitor_core::monitor::ConfigError;
 use monitor_core::sample::{Bank, Channel, ModelId, Pair};
+use monitor_core::verdict::Settling;
 use monitor_core::{Baseline, Phase};
 
 /// The identifier of a fault in tables and JSON: the paper's number.

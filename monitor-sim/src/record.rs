@@ -52,10 +52,10 @@ impl LogicalOutputs {
     /// Takes what the monitor said of sample `index`.
     pub fn push(&mut self, index: u64, verdict: &Verdict) {
         for model in ModelId::ALL {
-            self.relays.get_mut(model).push(index, *verdict.relays.get(model));
+            self.relays.get_mut(model).push(index, *verdict.relays().get(model));
         }
         for (id, stood) in &mut self.diagnoses {
-            stood.push(index, diagnosis_id(verdict.diagnosis) == Some(*id));
+            stood.push(index, diagnosis_id(verdict.diagnosis()) == Some(*id));
         }
     }
 
@@ -109,16 +109,16 @@ impl Recording {
         let t = self.seconds(index);
         self.push_signals(index, set_point, x);
         for model in ModelId::ALL {
-            let residual = verdict.residuals.map_or(f64::NAN, |r| f64::from(*r.get(model)));
+            let residual = verdict.residuals().map_or(f64::NAN, |r| f64::from(*r.get(model)));
             self.residuals.get_mut(model).push(t, residual);
         }
         self.outputs.push(index, verdict);
-        match verdict.phase {
+        match verdict.phase() {
             Phase::Settling(_) => self.phases.settling += 1,
             Phase::Learning | Phase::ModelDue => self.phases.learning += 1,
             Phase::Monitoring => self.phases.monitoring += 1,
         }
-        self.rejected += u64::from(verdict.rejected.is_some());
+        self.rejected += u64::from(verdict.rejected().is_some());
     }
 
     /// Takes a sample that was not given to a monitor.

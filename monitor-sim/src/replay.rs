@@ -321,7 +321,7 @@ impl Replay {
                 judged.recording.push_signals(row, set_point, x);
             } else {
                 let verdict = monitor.step_channels(set_point as f32, reading.channels());
-                if verdict.phase == Phase::ModelDue
+                if verdict.phase() == Phase::ModelDue
                     && let Err(error) = monitor.finish_learning()
                 {
                     judged.refused.push(Refusal { row, reason: names.explain_learning(error) });
@@ -335,7 +335,7 @@ impl Replay {
                 }
                 // The same set point again: judge by what was learned there, instead of learning what may be a fault.
                 let known = (set_point - start.set_point).abs() <= self.set_point_tolerance;
-                if self.recall && known && verdict.phase == Phase::Learning {
+                if self.recall && known && verdict.phase() == Phase::Learning {
                     monitor.recall(start.baseline);
                 }
             }

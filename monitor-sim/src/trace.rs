@@ -60,7 +60,7 @@ impl TraceWriter {
     }
 
     fn write_cells(&mut self, TraceRow { row, t_s, set_point, x, verdict }: TraceRow) -> csv::Result<()> {
-        let phase = match verdict.phase {
+        let phase = match verdict.phase() {
             Phase::Settling(_) => "settling",
             Phase::Learning => "learning",
             Phase::ModelDue => "model due",
@@ -77,17 +77,17 @@ impl TraceWriter {
             self.field(format_args!("{}", value as f32))?;
         }
         self.csv.write_field(phase)?;
-        self.csv.write_field(if verdict.rejected.is_some() { "1" } else { "0" })?;
+        self.csv.write_field(if verdict.rejected().is_some() { "1" } else { "0" })?;
         for model in ModelId::ALL {
-            match verdict.residuals {
+            match verdict.residuals() {
                 Some(residuals) => self.field(format_args!("{}", residuals.get(model)))?,
                 None => self.csv.write_field("")?,
             }
         }
         for model in ModelId::ALL {
-            self.csv.write_field(if *verdict.relays.get(model) { "1" } else { "0" })?;
+            self.csv.write_field(if *verdict.relays().get(model) { "1" } else { "0" })?;
         }
-        self.csv.write_field(diagnosis_id(verdict.diagnosis).unwrap_or_default())?;
+        self.csv.write_field(diagnosis_id(verdict.diagnosis()).unwrap_or_default())?;
         self.csv.write_record(None::<&[u8]>)
     }
 

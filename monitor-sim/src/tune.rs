@@ -169,7 +169,7 @@ impl Tune {
         // Behind the onset every pair moves until the loop has settled.
         let settle_s = scenario.learn.start_s;
         fly(scenario, seed, &mut monitors, tick, |_, t_s, _, verdict| {
-            let Some(residuals) = verdict.residuals else { return };
+            let Some(residuals) = verdict.residuals() else { return };
             for model in ModelId::ALL {
                 let residual = f64::from(*residuals.get(model));
                 let largest = extremes.largest.get_mut(model);
@@ -232,7 +232,7 @@ fn fly(
     for measured in Plant::new(scenario, seed) {
         for (k, monitor) in monitors.iter_mut().enumerate() {
             let verdict = monitor.step(RadPerSec(measured.set_point as f32), sample(&measured));
-            if verdict.phase == Phase::ModelDue {
+            if verdict.phase() == Phase::ModelDue {
                 let refused = |error| MissionError::Learning(ChannelNames::motor().explain_learning(error));
                 monitor.finish_learning().map_err(refused)?;
             }

@@ -28,7 +28,7 @@ fn monitor(samples: &[[f32; 3]]) -> Monitor {
     let mut monitor =
         Monitor::new(&Config::paper(RATE_HZ, Bank { full: THRESHOLD, pairs })).expect("a good configuration");
     for x in samples {
-        if monitor.step_channels(300.0, *x).phase == Phase::ModelDue {
+        if monitor.step_channels(300.0, *x).phase() == Phase::ModelDue {
             monitor.finish_learning().expect("a window that can be learned");
         }
     }

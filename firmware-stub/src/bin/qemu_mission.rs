@@ -56,7 +56,7 @@ fn fly() -> Result<(), &'static [u8]> {
                 while let Some(event) = events.pop() {
                     report::event(event, &verdict, &thresholds);
                 }
-                if verdict.phase == Phase::ModelDue {
+                if verdict.phase() == Phase::ModelDue {
                     // A refusal stands in the verdicts that follow.
                     let _ = monitor.finish_learning();
                 }

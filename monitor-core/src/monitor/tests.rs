@@ -1,9 +1,10 @@
 //! The phases of a monitor, and what it does with samples it cannot use.
 
 use super::*;
-use crate::localize::Fault;
+use crate::localize::{Diagnosis, Fault};
 use crate::moving_average::MovingAverage;
 use crate::sample::Pair;
+use crate::verdict::Rejected;
 use proptest::prelude::*;
 
 extern crate std;
@@ -36,7 +37,7 @@ fn fly<S: Smoother>(monitor: &mut Monitor<S>, samples: impl Iterator<Item = (f32
     samples
         .map(|(set_point, x)| {
             let verdict = monitor.step_channels(set_point, x);
-            if verdict.phase == Phase::ModelDue {
+            if verdict.phase() == Phase::ModelDue {
                 let _ = monitor.finish_learning();
             }
             verdict
@@ -54,23 +55,23 @@ fn learned() -> Monitor {
 #[test]
 fn a_monitor_settles_learns_and_judges_the_first_sample_after_the_window() {
     let verdicts = fly(&mut Monitor::new(&config()).unwrap(), (0..600).map(|k| (SET_POINT, healthy(k))));
-    assert_eq!(verdicts[0].phase, Phase::Settling(Settling::Start));
-    assert_eq!(verdicts[49].phase, Phase::Settling(Settling::Start));
-    assert_eq!(verdicts[50].phase, Phase::Learning);
-    assert_eq!(verdicts[549].phase, Phase::ModelDue); // 500 samples, 50..=549
-    assert_eq!(verdicts[550].phase, Phase::Monitoring);
-    assert!(verdicts[..550].iter().all(|v| v.residuals.is_none()));
-    assert!(verdicts[550..].iter().all(|v| v.residuals.is_some() && !v.relays.any()));
+    assert_eq!(verdicts[0].phase(), Phase::Settling(Settling::Start));
+    assert_eq!(verdicts[49].phase(), Phase::Settling(Settling::Start));
+    assert_eq!(verdicts[50].phase(), Phase::Learning);
+    assert_eq!(verdicts[549].phase(), Phase::ModelDue); // 500 samples, 50..=549
+    assert_eq!(verdicts[550].phase(), Phase::Monitoring);
+    assert!(verdicts[..550].iter().all(|v| v.residuals().is_none()));
+    assert!(verdicts[550..].iter().all(|v| v.residuals().is_some() && !v.relays().any()));
 }
 
 #[test]
 fn no_sample_is_judged_and_none_is_lost_while_the_model_is_awaited() {
     let mut monitor = Monitor::new(&config()).unwrap();
-    let phases: Vec<Phase> = (0..560).map(|k| monitor.step_channels(SET_POINT, healthy(k)).phase).collect();
+    let phases: Vec<Phase> = (0..560).map(|k| monitor.step_channels(SET_POINT, healthy(k)).phase()).collect();
     assert!(phases[549..].iter().all(|p| *p == Phase::ModelDue));
     assert_eq!(monitor.learned_window().map(|w| w.samples()), Some(500));
     assert_eq!(monitor.finish_learning(), Ok(true));
-    assert_eq!(monitor.step_channels(SET_POINT, healthy(560)).phase, Phase::Monitoring);
+    assert_eq!(monitor.step_channels(SET_POINT, healthy(560)).phase(), Phase::Monitoring);
 }
 
 #[test]
@@ -86,27 +87,29 @@ fn each_fault_of_the_paper_is_detected_and_named_by_the_channels_it_moves() {
         let faulty = |k| (SET_POINT, moved.iter().fold(healthy(k), |x, channel| with(x, *channel, 0.2)));
         let verdicts = fly(&mut monitor, (600..1100).map(faulty));
         let last = verdicts.last().unwrap();
-        assert_eq!(last.diagnosis, Diagnosis::Fault(fault));
-        assert!(last.relays.full);
-        assert!(last.alarm_since.is_some_and(|s| (600..650).contains(&s)), "{last:?}");
-        assert!(last.located_since >= last.alarm_since);
+        assert_eq!(last.diagnosis(), Diagnosis::Fault(fault));
+        assert!(last.relays().full);
+        assert!(last.alarm_since().is_some_and(|s| (600..650).contains(&s)), "{last:?}");
         let cleared = fly(&mut monitor, (1100..2000).map(|k| (SET_POINT, healthy(k))));
         let last = cleared.last().unwrap();
-        assert_eq!((last.diagnosis, last.alarm_since, last.located_since), (Diagnosis::Healthy, None, None));
+        assert_eq!((last.diagnosis(), last.alarm_since()), (Diagnosis::Healthy, None));
     }
 }
 
 #[test]
-fn a_diagnosis_stands_since_the_sample_that_changed_it() {
+fn an_alarm_stands_since_the_sample_that_brought_its_first_relay_up() {
     let mut monitor = learned();
-    let mut stood = (Diagnosis::Healthy, None);
-    for verdict in fly(&mut monitor, (600..900).map(|k| (SET_POINT, with(healthy(k), Channel::ArmatureVoltage, 0.1)))) {
-        if verdict.diagnosis != stood.0 {
-            stood = (verdict.diagnosis, Some(verdict.sample));
-        }
-        assert_eq!((verdict.diagnosis, verdict.located_since), stood);
+    let drift = |k| if k < 1200 { 0.1 } else { 0.0 };
+    let mut since = None;
+    let drifting = (600..1800).map(|k| (SET_POINT, with(healthy(k), Channel::ArmatureVoltage, drift(k))));
+    for verdict in fly(&mut monitor, drifting) {
+        since = verdict.relays().any().then(|| since.unwrap_or(verdict.sample()));
+        assert_eq!(verdict.alarm_since(), since);
+        assert_eq!(verdict.alarm(), since.is_some());
+        let named = matches!(verdict.diagnosis(), Diagnosis::Fault(Fault::SpeedSensor));
+        assert!(named || verdict.sample() < 700 || verdict.sample() > 1200, "{verdict:?}");
     }
-    assert_eq!(stood.0, Diagnosis::Fault(Fault::SpeedSensor));
+    assert_eq!(since, None, "the alarm ends with the drift");
 }
 
 #[test]
@@ -124,22 +127,61 @@ fn a_sample_with_units_is_judged_as_its_three_numbers_are() {
     assert_eq!(named.thresholds(), config().thresholds);
 }
 
+const ADC: [Range; 3] =
+    [Range { low: 0.0, high: 600.0 }, Range { low: -40.0, high: 40.0 }, Range { low: 0.0, high: 60.0 }];
+
 #[test]
-fn a_sample_that_is_not_finite_is_reported_and_leaves_every_state_as_it_was() {
-    for start in [10, 300, 600] {
-        let mut clean = Monitor::new(&config()).unwrap();
-        fly(&mut clean, (0..start).map(|k| (SET_POINT, healthy(k))));
+fn a_slot_without_a_usable_sample_is_reported_and_leaves_model_filters_and_relays_as_they_were() {
+    for drift in [0.0, 0.2] {
+        let mut clean = Monitor::new(&Config { range: ADC, ..config() }).unwrap();
+        fly(&mut clean, (0..600).map(|k| (SET_POINT, healthy(k))));
+        let moved = |k| (SET_POINT, with(healthy(k), Channel::ArmatureVoltage, drift));
+        fly(&mut clean, (600..800).map(moved));
         let mut hit = clean.clone();
-        for (channel, bad) in [(Channel::Speed, f32::NAN), (Channel::ArmatureVoltage, f32::INFINITY)] {
-            let verdict = hit.step_channels(SET_POINT, with(healthy(0), channel, bad));
-            assert_eq!(verdict.rejected, Some(Rejected::NonFinite(channel)));
-            assert_eq!(verdict.residuals, None);
+        let standing = hit.clone().step_channels(SET_POINT, moved(800).1);
+        let bad = |channel, value: f32| {
+            let mut x = moved(0).1;
+            x[channel] = value;
+            x
+        };
+        let verdicts = [
+            (hit.step_channels(SET_POINT, bad(0, f32::NAN)), Rejected::NonFinite(Channel::Speed)),
+            (hit.step_channels(SET_POINT, bad(2, f32::NEG_INFINITY)), Rejected::NonFinite(Channel::ArmatureVoltage)),
+            (hit.step_channels(SET_POINT, bad(1, 40.0)), Rejected::OutOfRange(Channel::ArmatureCurrent)),
+            (hit.step_channels(SET_POINT, bad(2, 1e38)), Rejected::OutOfRange(Channel::ArmatureVoltage)),
+            (hit.step_channels(f32::NAN, moved(0).1), Rejected::NonFiniteSetPoint),
+            (hit.step_channels(f32::INFINITY, moved(0).1), Rejected::NonFiniteSetPoint),
+            (hit.skip(Absence::Late), Rejected::Absent(Absence::Late)),
+            (hit.skip(Absence::Missing), Rejected::Absent(Absence::Missing)),
+        ];
+        for (index, (verdict, why)) in (800..).zip(&verdicts) {
+            assert_eq!((verdict.sample(), verdict.rejected()), (index, Some(*why)));
+            assert_eq!((verdict.phase(), verdict.residuals()), (Phase::Monitoring, None));
+            assert_eq!((verdict.relays(), verdict.alarm_since()), (standing.relays(), standing.alarm_since()));
         }
-        assert_eq!(hit.step_channels(f32::NAN, healthy(0)).rejected, Some(Rejected::NonFiniteSetPoint));
-        let after = |monitor: &mut Monitor| fly(monitor, (start..start + 700).map(|k| (SET_POINT, healthy(k))));
-        for (a, b) in after(&mut clean).iter().zip(after(&mut hit)) {
-            assert_eq!(Verdict { sample: a.sample + 3, ..*a }, b);
+        assert_eq!(standing.alarm(), drift > 0.0, "one run with an alarm that must stand, one without");
+        for k in 800..1500 {
+            let (a, b) = (clean.step_channels(SET_POINT, moved(k).1), hit.step_channels(SET_POINT, moved(k).1));
+            assert_eq!((a.residuals(), a.relays(), a.sample() + 8), (b.residuals(), b.relays(), b.sample()));
         }
+    }
+}
+
+#[test]
+fn a_learning_window_is_as_long_as_it_should_be_and_learns_from_the_fit_samples_alone() {
+    let hole = |k: u64| (100..120).contains(&k) || k == 50 || k == 549;
+    let sample = |k| if hole(k) { with(healthy(k), Channel::Speed, f32::NAN) } else { healthy(k) };
+    let mut monitor = Monitor::new(&config()).unwrap();
+    let phases = fly(&mut monitor, (0..551).map(|k| (SET_POINT, sample(k)))).into_iter().map(|v| v.phase());
+    // The window begins with the first fit sample, one later than it would have: 51..=550.
+    assert_eq!(phases.skip(549).collect::<Vec<_>>(), [Phase::Learning, Phase::ModelDue]);
+    let mut fit = Moments::<3>::default();
+    (51..551).filter(|k| !hole(*k)).for_each(|k| fit.push(healthy(k)));
+    let (expected, found) = (fit.statistics().unwrap(), monitor.baseline().unwrap().stored());
+    assert_eq!(found.samples, 479);
+    for channel in 0..3 {
+        assert!((found.mean[channel] - expected.mean[channel]).abs() < 1e-4);
+        assert!((found.sigma[channel] / expected.sigma()[channel] - 1.0).abs() < 1e-4);
     }
 }
 
@@ -148,11 +190,11 @@ fn a_change_of_the_set_point_voids_the_baseline_settles_and_learns_anew() {
     let mut monitor = learned();
     fly(&mut monitor, (600..700).map(|k| (SET_POINT, with(healthy(k), Channel::ArmatureCurrent, 1.0))));
     let verdicts = fly(&mut monitor, (700..1400).map(|k| (200.0, with(healthy(k), Channel::Speed, -100.0))));
-    assert_eq!(verdicts[0].phase, Phase::Settling(Settling::SetPointChanged));
-    assert!(!verdicts[0].relays.any() && verdicts[0].alarm_since.is_none());
-    assert_eq!(verdicts[50].phase, Phase::Learning);
-    assert_eq!(verdicts[550].phase, Phase::Monitoring);
-    assert!(verdicts.iter().all(|v| v.diagnosis == Diagnosis::Healthy));
+    assert_eq!(verdicts[0].phase(), Phase::Settling(Settling::SetPointChanged));
+    assert!(!verdicts[0].relays().any() && verdicts[0].alarm_since().is_none());
+    assert_eq!(verdicts[50].phase(), Phase::Learning);
+    assert_eq!(verdicts[550].phase(), Phase::Monitoring);
+    assert!(verdicts.iter().all(|v| v.diagnosis() == Diagnosis::Healthy));
     assert!((monitor.baseline().unwrap().mean()[0] - 200.0).abs() < 0.1);
 }
 
@@ -173,10 +215,10 @@ fn a_window_with_a_constant_channel_is_refused_with_its_name_and_a_new_one_begin
     let mut monitor = Monitor::new(&config()).unwrap();
     let stuck = |k| (SET_POINT, [300.0, healthy(k)[1], healthy(k)[2]]);
     let verdicts = fly(&mut monitor, (0..700).map(stuck));
-    assert_eq!(verdicts[551].phase, Phase::Learning);
-    assert_eq!(verdicts[551].refused, Some(LearnError::ConstantChannel(Channel::Speed)));
+    assert_eq!(verdicts[551].phase(), Phase::Learning);
+    assert_eq!(monitor.refused(), Some(LearnError::ConstantChannel(Channel::Speed)));
     let verdicts = fly(&mut monitor, (700..2000).map(|k| (SET_POINT, healthy(k))));
-    assert_eq!(verdicts.last().map(|v| (v.phase, v.refused)), Some((Phase::Monitoring, None)));
+    assert_eq!((verdicts.last().map(|v| v.phase()), monitor.refused()), (Some(Phase::Monitoring), None));
 }
 
 #[test]
@@ -185,10 +227,10 @@ fn a_monitor_with_a_stored_baseline_judges_from_the_first_sample() {
     let stored = Baseline::from_stored(&baseline.stored(), ExplainedShare::PAPER).unwrap();
     let mut monitor = Monitor::new(&config()).unwrap().starting_from(stored, SET_POINT);
     let verdict = monitor.step_channels(SET_POINT, healthy(0));
-    assert_eq!(verdict.phase, Phase::Monitoring);
-    assert!(verdict.residuals.is_some());
+    assert_eq!(verdict.phase(), Phase::Monitoring);
+    assert!(verdict.residuals().is_some());
     let changed = monitor.step_channels(SET_POINT + 1.0, healthy(1));
-    assert_eq!(changed.phase, Phase::Settling(Settling::SetPointChanged));
+    assert_eq!(changed.phase(), Phase::Settling(Settling::SetPointChanged));
 }
 
 #[test]
@@ -199,11 +241,11 @@ fn a_known_baseline_is_recalled_once_the_loop_has_settled_and_not_before() {
     fly(&mut monitor, (0..60).map(|k| (200.0, with(healthy(k), Channel::Speed, -100.0))));
     monitor.step_channels(SET_POINT, healthy(60));
     assert!(!monitor.recall(baseline), "the loop is still settling");
-    let phases: Vec<Phase> = (61..112).map(|k| monitor.step_channels(SET_POINT, healthy(k)).phase).collect();
+    let phases: Vec<Phase> = (61..112).map(|k| monitor.step_channels(SET_POINT, healthy(k)).phase()).collect();
     assert_eq!(phases.last(), Some(&Phase::Learning));
     assert!(monitor.recall(baseline));
     let verdict = monitor.step_channels(SET_POINT, healthy(112));
-    assert_eq!((verdict.phase, verdict.relays.any()), (Phase::Monitoring, false));
+    assert_eq!((verdict.phase(), verdict.relays().any()), (Phase::Monitoring, false));
 }
 
 #[test]
@@ -211,7 +253,7 @@ fn the_moving_average_smooths_in_place_of_the_low_pass() {
     let mut monitor = Monitor::with_smoother(&config(), MovingAverage::<64>::new(50).unwrap()).unwrap();
     fly(&mut monitor, (0..600).map(|k| (SET_POINT, healthy(k))));
     let verdicts = fly(&mut monitor, (600..700).map(|k| (SET_POINT, with(healthy(k), Channel::ArmatureCurrent, 0.2))));
-    assert_eq!(verdicts[99].diagnosis, Diagnosis::Fault(Fault::CurrentSensor));
+    assert_eq!(verdicts[99].diagnosis(), Diagnosis::Fault(Fault::CurrentSensor));
 }
 
 #[test]
@@ -238,6 +280,7 @@ fn settings_out_of_range_are_refused_by_name() {
     assert_eq!(refused(|c| c.explained_share = 1.5), ConfigError::ExplainedShare);
     assert_eq!(refused(|c| c.cutoff_hz = 500.0), ConfigError::Cutoff);
     assert_eq!(refused(|c| c.hysteresis = 1.0), ConfigError::Hysteresis);
+    assert_eq!(refused(|c| c.range[1].low = 2e9), ConfigError::Range(Channel::ArmatureCurrent));
     assert_eq!(refused(|c| c.thresholds.full = 0.0), ConfigError::Threshold(ModelId::Full));
     assert_eq!(
         refused(|c| c.thresholds.pairs.speed_voltage = f32::NAN),
@@ -259,12 +302,12 @@ proptest! {
             let set_point = if wild { f32::from_bits(*set_point) } else { SET_POINT };
             let verdict = monitor.step_channels(set_point, x.map(f32::from_bits));
             let finite = |r: Bank<f32>| ModelId::ALL.iter().all(|m| r.get(*m).is_finite());
-            prop_assert!(verdict.residuals.is_none_or(finite), "sample {k}: {verdict:?}");
+            prop_assert!(verdict.residuals().is_none_or(finite), "sample {k}: {verdict:?}");
             let _ = monitor.finish_learning();
         }
         // Whatever came, healthy samples at a constant set point bring the monitor back to silence.
         let last = fly(&mut monitor, (0..3000).map(|k| (SET_POINT, healthy(k)))).pop().unwrap();
-        prop_assert_eq!((last.phase, last.diagnosis), (Phase::Monitoring, Diagnosis::Healthy));
+        prop_assert_eq!((last.phase(), last.diagnosis()), (Phase::Monitoring, Diagnosis::Healthy));
     }
 }
 

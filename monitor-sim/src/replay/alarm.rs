@@ -52,7 +52,7 @@ impl AlarmBuilder {
 
     /// Takes a verdict; `contributions` is asked when it is the worst of its alarm so far.
     pub(super) fn push(&mut self, row: u64, verdict: &Verdict, contributions: impl FnOnce() -> Option<[f32; 3]>) {
-        if !verdict.relays.any() {
+        if !verdict.relays().any() {
             self.close();
             return;
         }
@@ -73,13 +73,13 @@ impl AlarmBuilder {
         });
         open.alarm.end_row = row;
         open.alarm.end_s = t_s;
-        if let Some(id) = diagnosis_id(verdict.diagnosis) {
+        if let Some(id) = diagnosis_id(verdict.diagnosis()) {
             match open.stood.iter_mut().find(|(stood, _)| *stood == id) {
                 Some((_, samples)) => *samples += 1,
                 None => open.stood.push((id, 1)),
             }
         }
-        let Some(residuals) = verdict.residuals else { return };
+        let Some(residuals) = verdict.residuals() else { return };
         let ratios = ModelId::ALL.map(|model| (model, residuals.get(model) / self.thresholds.get(model)));
         let worst = ratios.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
         if let Some((model, ratio)) = worst.filter(|(_, ratio)| f64::from(*ratio) > open.alarm.peak) {

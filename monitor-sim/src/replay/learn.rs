@@ -154,7 +154,7 @@ impl Replay {
                 continue;
             }
             let verdict = monitor.step_channels(reading.set_point as f32, reading.channels());
-            if let Some(residuals) = verdict.residuals {
+            if let Some(residuals) = verdict.residuals() {
                 calibration.peak.push(residuals);
             }
             let z = baseline
