@@ -1,7 +1,8 @@
 //! Builds the firmware and runs it in emulation, with what a machine happens to have.
 //!
 //! A developer's rustup has the target installed; a bare Debian machine can build `core` from the sources its own
-//! packages bring. [`build`] tries in that order and says what is missing when neither works. Nothing is downloaded.
+//! packages bring. [`Firmware::build`] tries in that order and says what is missing when neither works. Nothing is
+//! downloaded.
 
 use std::env;
 use std::path::{Path, PathBuf};
@@ -32,36 +33,83 @@ pub fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().map(Path::to_owned).unwrap_or_default()
 }
 
+/// What to build of `firmware-stub`, and for which processor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Firmware<'a> {
+    /// The binary.
+    pub binary: &'a str,
+    /// Cargo features, separated by commas.
+    pub features: &'a str,
+    /// Target triple.
+    pub target: &'a str,
+    /// Processor whose instructions are scheduled for.
+    pub cpu: &'a str,
+    /// Arguments of the linker.
+    pub link: &'a [&'a str],
+}
+
+impl<'a> Firmware<'a> {
+    /// A binary for the emulated board.
+    #[must_use]
+    pub const fn emulated(binary: &'a str) -> Self {
+        let link: &[&str] = &["-Tlink.x", "-Tdefmt.x", "--defsym=_board_qemu=1"];
+        Firmware { binary, features: "board-qemu", target: TARGET, cpu: "cortex-m4", link }
+    }
+
+    /// A binary that is made for audits: the core by itself, without a board and without `defmt`.
+    #[must_use]
+    pub const fn audited(binary: &'a str) -> Self {
+        let link: &[&str] = &["-Tlink.x", "--defsym=_board_qemu=1"];
+        Firmware { binary, features: "audit", target: TARGET, cpu: "cortex-m4", link }
+    }
+
+    /// Builds it; returns the ELF file.
+    ///
+    /// # Errors
+    /// What is missing or went wrong, and what helps.
+    pub fn build(&self) -> Result<PathBuf, String> {
+        let toolchain = find(self.target)?;
+        // A directory of its own: the outer cargo holds the lock of the other one.
+        let directory = workspace().join("target/firmware");
+        let mut command = clean(&toolchain.cargo);
+        command
+            .current_dir(workspace())
+            .env("RUSTC", &toolchain.rustc)
+            .env("RUSTFLAGS", format!("-Clinker={} -Ctarget-cpu={}", toolchain.linker.display(), self.cpu))
+            .env("DEFMT_LOG", "info")
+            .args(["rustc", "--release", "--locked", "-p", "firmware-stub", "--features", self.features])
+            .args(["--bin", self.binary, "--target", self.target, "--target-dir"])
+            .arg(&directory);
+        if toolchain.build_std {
+            // Building `core` is a nightly feature of cargo; the bootstrap switch is how a distribution's compiler
+            // allows it. `alloc` is for the image that proves that the audits find a heap.
+            command.env("RUSTC_BOOTSTRAP", "1").arg("-Zbuild-std=core,alloc");
+        }
+        // Only the last link takes the linker's arguments, so that all images share what is compiled before it.
+        command.arg("--").args(self.link.iter().map(|argument| format!("-Clink-arg={argument}")));
+        let output = run(&mut command)?;
+        if !output.status.success() {
+            return Err(format!("the firmware does not build:\n{}", String::from_utf8_lossy(&output.stderr)));
+        }
+        Ok(directory.join(self.target).join("release").join(self.binary))
+    }
+}
+
 /// Builds a binary of `firmware-stub` for the emulated board; returns the ELF file.
 ///
 /// # Errors
 /// What is missing or went wrong, and what helps.
 pub fn build(binary: &str) -> Result<PathBuf, String> {
-    let toolchain = find()?;
-    // A directory of its own: the outer cargo holds the lock of the other one.
-    let directory = workspace().join("target/firmware");
-    let linker = toolchain.linker.display();
-    let flags = format!(
-        "-Clink-arg=-Tlink.x -Clink-arg=-Tdefmt.x -Clink-arg=--defsym=_board_qemu=1 -Clinker={linker} -Ctarget-cpu=cortex-m4"
-    );
-    let mut command = clean(&toolchain.cargo);
-    command
-        .current_dir(workspace())
-        .env("RUSTC", &toolchain.rustc)
-        .env("RUSTFLAGS", flags)
-        .env("DEFMT_LOG", "info")
-        .args(["build", "--release", "--locked", "-p", "firmware-stub", "--features", "board-qemu", "--bin", binary])
-        .args(["--target", TARGET, "--target-dir"])
-        .arg(&directory);
-    if toolchain.build_std {
-        // Building `core` is a nightly feature of cargo; the bootstrap switch is how a distribution's compiler allows it.
-        command.env("RUSTC_BOOTSTRAP", "1").arg("-Zbuild-std=core");
-    }
-    let output = run(&mut command)?;
-    if !output.status.success() {
-        return Err(format!("the firmware does not build:\n{}", String::from_utf8_lossy(&output.stderr)));
-    }
-    Ok(directory.join(TARGET).join("release").join(binary))
+    Firmware::emulated(binary).build()
+}
+
+/// The compiler that builds firmware, as it names itself.
+///
+/// # Errors
+/// No toolchain can build for the target.
+pub fn compiler() -> Result<String, String> {
+    let rustc = find(TARGET)?.rustc;
+    printed(&rustc, &["--version"]).ok_or_else(|| format!("{} does not say its version", rustc.display()))
 }
 
 /// An emulated board: same memory map, same firmware, another core.
@@ -117,12 +165,12 @@ pub fn decoded(elf: &Path, frames: &[u8]) -> Result<Vec<String>, String> {
     }
 }
 
-/// The first toolchain that can build for the target.
-fn find() -> Result<Toolchain, String> {
+/// The first toolchain that can build for a target.
+fn find(target: &str) -> Result<Toolchain, String> {
     let active = ("cargo", "rustc");
     for (cargo, rustc) in [active, DEBIAN] {
         let (cargo, rustc) = (PathBuf::from(cargo), PathBuf::from(rustc));
-        let build_std = !has_core(&rustc);
+        let build_std = !has_core(&rustc, target);
         if build_std && !has_source(&rustc) {
             continue;
         }
@@ -131,13 +179,13 @@ fn find() -> Result<Toolchain, String> {
         }
     }
     Err(format!(
-        "no toolchain here can build for {TARGET}: run `rustup target add {TARGET}`, or on Debian \
+        "no toolchain here can build for {target}: run `rustup target add {target}`, or on Debian \
          `apt-get install rustc-web cargo-web rust-web-src lld-19`"
     ))
 }
 
-fn has_core(rustc: &Path) -> bool {
-    let library = printed(rustc, &["--print", "target-libdir", "--target", TARGET]);
+fn has_core(rustc: &Path, target: &str) -> bool {
+    let library = printed(rustc, &["--print", "target-libdir", "--target", target]);
     let entries = library.and_then(|directory| std::fs::read_dir(directory).ok());
     entries.is_some_and(|entries| {
         entries.flatten().any(|entry| entry.file_name().to_string_lossy().starts_with("libcore-"))
