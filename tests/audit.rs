@@ -13,3 +13,7 @@ pub mod forbidden;
 pub mod memory;
 pub mod report;
 pub mod budgets;
+pub mod images;
+pub mod image_audit;
+pub mod command;
+mod print;
