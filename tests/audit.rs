@@ -8,6 +8,7 @@ pub mod names;
 pub mod decode;
 pub mod code;
 pub mod control_flow;
+pub mod addresses;
 pub mod stack;
 pub mod forbidden;
 pub mod memory;

@@ -70,6 +70,7 @@ fn an_allowance_covers_its_image_its_check_and_its_way_only() {
         check,
         symbol: "core::panicking::panic".to_owned(),
         chain: vec!["main".to_owned(), through.to_owned()],
+        held: false,
         note: String::new(),
     };
     let findings =
