@@ -23,7 +23,7 @@ pub fn on_sample(
     sample: Sample,
     drive_fault_output: impl FnOnce(bool),
 ) -> Verdict {
-    let verdict = monitor.step(set_point, sample);
+    let verdict = *monitor.step(set_point, sample);
     drive_fault_output(verdict.relays().any());
     verdict
 }
