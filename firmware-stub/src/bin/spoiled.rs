@@ -39,7 +39,7 @@ fn spoiled_by_panic(monitor: &mut Monitor, x: [f32; 3]) -> f32 {
 #[inline(never)]
 fn spoiled_by_soft_double(monitor: &mut Monitor, x: [f32; 3]) -> f32 {
     let _ = black_box(sound(monitor, x));
-    (f64::from(x[0]) * f64::from(x[1])) as f32
+    (f64::from(x[0]) * f64::from(x[1]) + f64::from(x[2])) as f32
 }
 
 /// A function that calls itself around another one.
