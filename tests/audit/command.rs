@@ -7,7 +7,7 @@ use clap::Parser;
 use serde::Serialize;
 
 use super::budgets::{self, Budgets, Judged, Standing};
-use super::image_audit::{self, Audited};
+use super::image_audit::{self, Audited, Vectors};
 use super::images::IMAGES;
 use super::print;
 use super::report::{Figure, Report};
@@ -92,8 +92,12 @@ fn of_file(options: &Options, path: &Path) -> Result<Outcome, String> {
     let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
     let audited = Audited::read(&name, path)?;
     let entries: Vec<&str> = options.entry.iter().map(String::as_str).collect();
-    let reports =
-        vec![audited.memory(options.largest())?, audited.stack(None, &entries)?, audited.forbidden(None, &entries)?];
+    let vectors = if entries.is_empty() { Vectors::InDetail } else { Vectors::LeftOut };
+    let reports = vec![
+        audited.memory(options.largest(), true)?,
+        audited.stack(None, vectors, &entries)?,
+        audited.forbidden(None, &entries)?,
+    ];
     let passed = reports.iter().all(|report| report.faults.is_empty());
     Ok(Outcome { compiler: None, reports, figures: Vec::new(), passed })
 }

@@ -25,6 +25,20 @@ const FORBIDDEN_BLIND_SPOTS: [&str; 2] = [
 /// Prefix of the words by which an image publishes the sizes of its types.
 const SIZE_PREFIX: &str = "SIZE_OF_";
 
+/// What the stack audit does with the vector table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Vectors {
+    /// A figure for each handler, and for all nested.
+    InDetail,
+    /// A figure for all nested.
+    Summed,
+    /// Only functions that are named are looked at.
+    LeftOut,
+}
+
+/// The row of constants.
+const CONSTANTS: &str = "constants";
+
 /// An image, read and decoded.
 pub struct Audited {
     /// Its name in reports and budgets.
@@ -46,19 +60,20 @@ impl Audited {
         Ok(Audited { name: name.to_owned(), image, code })
     }
 
-    /// The memory of the image.
+    /// The memory of the image; figures by crate only if wanted.
     ///
     /// # Errors
     /// Its sections do not add up.
-    pub fn memory(&self, largest: usize) -> Result<Report, String> {
-        memory::report(&self.name, &self.image, largest)
+    pub fn memory(&self, largest: usize, by_crate: bool) -> Result<Report, String> {
+        memory::report(&self.name, &self.image, largest, by_crate)
     }
 
-    /// The stack of its vectors with what they call, and of further functions by themselves.
+    /// The stack of its vectors with what they call, and of further functions by themselves. Figures of each vector only
+    /// if wanted; of all of them nested always.
     ///
     /// # Errors
     /// The image has no vector table, or not the functions.
-    pub fn stack(&self, budgets: Option<&Budgets>, entries: &[&str]) -> Result<Report, String> {
+    pub fn stack(&self, budgets: Option<&Budgets>, vectors: Vectors, entries: &[&str]) -> Result<Report, String> {
         let mut report = Report {
             title: format!("stack of {}", self.name),
             blind_spots: STACK_BLIND_SPOTS.into(),
@@ -68,21 +83,8 @@ impl Audited {
             Table::new("Deepest stack by entry point, bytes", &["", "code", "exception frame", "deepest chain"]);
         let mut graph = Graph::new(&self.image, &self.code)?;
         self.resolve(&mut graph, budgets)?;
-        match stack::of_entries(&graph) {
-            Ok(vectors) => {
-                for entry in &vectors {
-                    table.row([
-                        entry.name.clone(),
-                        entry.bytes.to_string(),
-                        entry.frame.to_string(),
-                        entry.chain.clone(),
-                    ]);
-                }
-                let all = stack::nested(&vectors);
-                table.row(["all nested".to_owned(), all.to_string(), String::new(), String::new()]);
-                report.figures.push(Figure::bytes(format!("stack.{}", self.name), all));
-            }
-            Err(error) => report.faults.push(format!("{}: {error}", self.name)),
+        if vectors != Vectors::LeftOut {
+            self.vectors(&graph, vectors == Vectors::InDetail, &mut report, &mut table);
         }
         for name in entries {
             match stack::of_entries(&graph.entered_by(&[name])?) {
@@ -97,6 +99,28 @@ impl Audited {
         }
         report.tables.push(table);
         Ok(report)
+    }
+
+    fn vectors(&self, graph: &Graph<'_>, in_detail: bool, report: &mut Report, table: &mut Table) {
+        match stack::of_entries(graph) {
+            Ok(vectors) => {
+                for entry in &vectors {
+                    if in_detail {
+                        report.figures.push(Figure::bytes(format!("stack.{}.{}", self.name, entry.name), entry.bytes));
+                    }
+                    table.row([
+                        entry.name.clone(),
+                        entry.bytes.to_string(),
+                        entry.frame.to_string(),
+                        entry.chain.clone(),
+                    ]);
+                }
+                let all = stack::nested(&vectors);
+                table.row(["all nested".to_owned(), all.to_string(), String::new(), String::new()]);
+                report.figures.push(Figure::bytes(format!("stack.{}", self.name), all));
+            }
+            Err(error) => report.faults.push(format!("{}: {error}", self.name)),
+        }
     }
 
     /// What must not be in the image. With `entries` only what they reach.
@@ -172,11 +196,12 @@ impl Audited {
         let published: u64 = published.map(|symbol| u64::from(symbol.size)).sum();
         let constants = constants.map(|section| u64::from(section.size)).sum::<u64>().saturating_sub(published);
         let mut table = Table::new("Code that the monitor's calls reach, bytes", &["", "bytes"]);
+        *crates.entry(CONSTANTS).or_default() += constants;
         for (name, bytes) in &crates {
             table.row([(*name).to_owned(), bytes.to_string()]);
+            report.figures.push(Figure::bytes(format!("flash.core.{name}"), *bytes));
         }
-        table.row(["constants".to_owned(), constants.to_string()]);
-        let all = crates.values().sum::<u64>() + constants;
+        let all: u64 = crates.values().sum();
         table.row(["sum".to_owned(), all.to_string()]);
         report.tables.push(table);
         report.figures.push(Figure::bytes("flash.core", all));
@@ -226,11 +251,12 @@ fn counted(findings: &[Finding], refused: &[Finding]) -> Table {
 /// # Errors
 /// The image cannot be audited.
 pub fn all(plan: &Plan, audited: &Audited, budgets: &Budgets, largest: usize) -> Result<Vec<Report>, String> {
-    let mut reports = vec![audited.memory(largest)?];
+    let mut reports = vec![audited.memory(largest, plan.in_detail)?];
     if !plan.core.is_empty() {
         reports.extend([audited.sizes()?, audited.core_code(plan.core)?]);
     }
-    reports.push(audited.stack(Some(budgets), plan.entries)?);
+    let vectors = if plan.in_detail { Vectors::InDetail } else { Vectors::Summed };
+    reports.push(audited.stack(Some(budgets), vectors, plan.entries)?);
     reports.push(audited.forbidden(Some(budgets), &[])?);
     Ok(reports)
 }

@@ -129,16 +129,16 @@ fn summed(pieces: &[Piece], by: impl Fn(&Piece) -> &str) -> Vec<(String, u64)> {
     sums
 }
 
-/// The memory of an image: by section, by crate, and its largest symbols.
+/// The memory of an image: by section, by crate, and its largest symbols. Figures by crate only if wanted.
 ///
 /// # Errors
 /// The sections do not add up to the segments.
-pub fn report(name: &str, image: &Image, largest: usize) -> Result<Report, String> {
+pub fn report(name: &str, image: &Image, largest: usize, by_crate: bool) -> Result<Report, String> {
     let usage = Usage::of(image)?;
     let mut report =
         Report { title: format!("memory of {name}"), blind_spots: BLIND_SPOTS.into(), ..Report::default() };
     for (memory, pieces) in [("flash", &usage.flash), ("ram", &usage.ram)] {
-        let crates = summed(pieces, |piece| &piece.crate_name);
+        let crates = if by_crate { summed(pieces, |piece| &piece.crate_name) } else { Vec::new() };
         report.figures.push(Figure::bytes(format!("{memory}.{name}"), total(pieces)));
         report.figures.extend(crates.iter().map(|(of, bytes)| Figure::bytes(format!("{memory}.{name}.{of}"), *bytes)));
     }

@@ -54,7 +54,10 @@ fn measured(figure: &Judged) -> String {
         (Some(value), Some(budget)) => {
             format!(": {value} {} (accepted {}, limit {}: {})", figure.unit, budget.figure, budget.limit, budget.reason)
         }
-        (Some(value), None) => format!(": {value} {}", figure.unit),
+        (Some(value), None) => format!(
+            "\n    \"{}\" = {{ figure = {value}, limit = {value}, unit = \"{}\", reason = \"\" }}",
+            figure.name, figure.unit
+        ),
         _ => String::new(),
     }
 }

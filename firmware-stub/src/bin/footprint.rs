@@ -58,14 +58,14 @@ fn core_new(config: &Config, monitor: &mut Option<Monitor>) -> Option<ConfigErro
 /// The sampling interrupt's call.
 #[unsafe(no_mangle)]
 #[inline(never)]
-fn core_step(monitor: &mut Monitor, set_point: f32, x: [f32; 3]) -> Verdict {
+fn core_step(monitor: &mut Monitor, set_point: f32, x: [f32; 3]) -> &Verdict {
     monitor.step_channels(set_point, x)
 }
 
 /// The sampling interrupt's call without a sample.
 #[unsafe(no_mangle)]
 #[inline(never)]
-fn core_skip(monitor: &mut Monitor, why: Absence) -> Verdict {
+fn core_skip(monitor: &mut Monitor, why: Absence) -> &Verdict {
     monitor.skip(why)
 }
 
@@ -99,8 +99,7 @@ fn main() -> ! {
     black_box(core_new(&black_box(Config::paper(1000.0, thresholds)), &mut monitor));
     if let Some(monitor) = &mut monitor {
         let x = black_box([1.0; 3]);
-        let verdict = black_box(core_step(monitor, black_box(1.0), x));
-        core_observe(&mut log, &verdict);
+        core_observe(&mut log, black_box(core_step(monitor, black_box(1.0), x)));
         black_box(core_skip(monitor, black_box(Absence::Late)));
         let _ = black_box(core_finish_learning(monitor));
         black_box(core_contributions(monitor, x));

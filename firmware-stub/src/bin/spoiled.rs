@@ -22,7 +22,7 @@ use monitor_core::{Monitor, Verdict};
 /// Nothing is wrong with this one: the step that the others spoil.
 #[unsafe(no_mangle)]
 #[inline(never)]
-fn sound(monitor: &mut Monitor, x: [f32; 3]) -> Verdict {
+fn sound(monitor: &mut Monitor, x: [f32; 3]) -> &Verdict {
     monitor.step_channels(300.0, x)
 }
 
@@ -30,8 +30,8 @@ fn sound(monitor: &mut Monitor, x: [f32; 3]) -> Verdict {
 #[unsafe(no_mangle)]
 #[inline(never)]
 fn spoiled_by_panic(monitor: &mut Monitor, x: [f32; 3]) -> f32 {
-    let verdict = sound(monitor, x);
-    x[black_box(verdict.sample() as usize)]
+    let sample = sound(monitor, x).sample();
+    x[black_box(sample as usize)]
 }
 
 /// Double precision.
@@ -59,7 +59,7 @@ fn again(monitor: &mut Monitor, x: [f32; 3], depth: u32) -> u32 {
 /// A kilobyte more on the stack.
 #[unsafe(no_mangle)]
 #[inline(never)]
-fn spoiled_by_stack(monitor: &mut Monitor, x: [f32; 3]) -> Verdict {
+fn spoiled_by_stack(monitor: &mut Monitor, x: [f32; 3]) -> &Verdict {
     let kilobyte = black_box([0_u8; 1024]);
     let verdict = sound(monitor, x);
     black_box(&kilobyte);
@@ -78,14 +78,14 @@ fn spoiled_by_formatting(monitor: &mut Monitor, x: [f32; 3]) -> bool {
 #[unsafe(no_mangle)]
 #[inline(never)]
 fn spoiled_by_heap(monitor: &mut Monitor, x: [f32; 3]) -> Box<Verdict> {
-    Box::new(sound(monitor, x))
+    Box::new(*sound(monitor, x))
 }
 
 /// A call of what a pointer holds.
 #[unsafe(no_mangle)]
 #[inline(never)]
-fn spoiled_by_indirect_call(monitor: &mut Monitor, x: [f32; 3]) -> Verdict {
-    let step: fn(&mut Monitor, [f32; 3]) -> Verdict = black_box(sound);
+fn spoiled_by_indirect_call(monitor: &mut Monitor, x: [f32; 3]) -> &Verdict {
+    let step: fn(&mut Monitor, [f32; 3]) -> &Verdict = black_box(sound);
     step(monitor, x)
 }
 
