@@ -252,22 +252,24 @@ impl<'a> Graph<'a> {
     }
 
     fn add(&mut self, function: &CodeFunction) {
-        let (mut calls, mut unresolved) = (Vec::new(), Vec::new());
-        for at in reached(self.code, function) {
-            let instruction = &self.code.instructions[&at];
-            let step = step(self.code, function, instruction);
-            calls.extend(step.callee.map(|callee| Call { at, callee }));
-            unresolved.extend(step.unresolved.map(|what| Unresolved {
-                at,
-                what,
-                instruction: instruction.to_string(),
-            }));
-        }
+        let (calls, unresolved) = of_function(self.code, function);
         self.calls.insert(function.start, calls);
         if !unresolved.is_empty() {
             self.unresolved.insert(function.start, unresolved);
         }
     }
+}
+
+/// What a function calls, and what of it cannot be told.
+pub(super) fn of_function(code: &Code, function: &CodeFunction) -> (Vec<Call>, Vec<Unresolved>) {
+    let (mut calls, mut unresolved) = (Vec::new(), Vec::new());
+    for at in reached(code, function) {
+        let instruction = &code.instructions[&at];
+        let step = step(code, function, instruction);
+        calls.extend(step.callee.map(|callee| Call { at, callee }));
+        unresolved.extend(step.unresolved.map(|what| Unresolved { at, what, instruction: instruction.to_string() }));
+    }
+    (calls, unresolved)
 }
 
 /// The instructions of a function that can be reached from its start.
