@@ -51,9 +51,11 @@ pub struct Background<'q> {
 }
 
 impl<'q> Background<'q> {
-    /// The other end of the queue, and the share of variance that a model must explain.
+    /// The other end of the queue, and the share of variance that a model must explain, as in the monitor's settings. A
+    /// share that the monitor refuses gives the paper's.
     #[must_use]
-    pub fn new(notes: Consumer<'q, Note>, share: ExplainedShare) -> Self {
+    pub fn new(notes: Consumer<'q, Note>, explained_share: f32) -> Self {
+        let share = ExplainedShare::new(explained_share).unwrap_or(ExplainedShare::PAPER);
         Background { notes, share, in_vain: 0, fed_at: None }
     }
 

@@ -269,7 +269,8 @@ mod tests {
         let sample = Sample { speed: RadPerSec(1.0), armature_current: Amperes(-2.0), armature_voltage: Volts(3.5) };
         let slot = Arrival::sample(RadPerSec(300.0), sample);
         let late = Arrival { reading: Reading::Absent(Absence::Late), request: Some(Request::Verdict), ..slot };
-        let missing = Arrival { reading: Reading::Absent(Absence::Missing), request: Some(Request::Statistics), ..slot };
+        let missing =
+            Arrival { reading: Reading::Absent(Absence::Missing), request: Some(Request::Statistics), ..slot };
         for slot in [slot, late, missing, Arrival { request: Some(Request::Contributions), ..slot }] {
             assert_eq!(Arrival::from_words(slot.to_words()), Some(slot));
         }

@@ -73,7 +73,9 @@ impl Report {
     pub fn learned(&self, learned: Learned, in_vain: u32) {
         match learned {
             Learned::Installed | Learned::Refused(_) => {}
-            Learned::InVain => defmt::info!("the set point changed while a model was made, {=u32} in vain so far", in_vain),
+            Learned::InVain => {
+                defmt::info!("the set point changed while a model was made, {=u32} in vain so far", in_vain)
+            }
         }
     }
 

@@ -8,10 +8,8 @@ pub const SAMPLE_RATE_HZ: u32 = 1000;
 
 /// Thresholds of the default motor (maxon RE 40 with a propeller) at 1 kHz, in units of the mean T2 in control, as
 /// `monitor-sim tune` found them (`monitor-sim/limits/figure-1.toml`). Another motor wants its own.
-const THRESHOLDS: Bank<f32> = Bank {
-    full: 1.753,
-    pairs: PerPair { speed_current: 1.896, current_voltage: 1.811, speed_voltage: 1.844 },
-};
+const THRESHOLDS: Bank<f32> =
+    Bank { full: 1.753, pairs: PerPair { speed_current: 1.896, current_voltage: 1.811, speed_voltage: 1.844 } };
 
 /// The paper's settings for the default motor, with the ranges of a board's converters.
 #[must_use]

@@ -34,7 +34,7 @@ fn config() -> Config {
 fn board<const N: usize>(queue: &mut Queue<Note, N>) -> (Bench<'_>, Background<'_>) {
     let (notes, heard) = queue.split();
     let sampling = Sampling::new(Monitor::new(&config()).unwrap(), notes);
-    (Bench(sampling), Background::new(heard, ExplainedShare::PAPER))
+    (Bench(sampling), Background::new(heard, config().explained_share))
 }
 
 /// Reading number `k` of a motor whose readings wobble; `drift` of the speed sensor shows in the voltage.
@@ -71,7 +71,8 @@ fn a_drifting_sensor_is_learned_about_judged_named_and_drives_the_fault_output()
         Note::Event { event, .. } => Some(event.kind),
         _ => None,
     });
-    let expected = [Phase::Settling(monitor_core::verdict::Settling::Start), Phase::Learning, Phase::ModelDue, Phase::Monitoring];
+    let expected =
+        [Phase::Settling(monitor_core::verdict::Settling::Start), Phase::Learning, Phase::ModelDue, Phase::Monitoring];
     assert!(phases.eq(expected.map(EventKind::Phase)), "{healthy:?}");
 
     let faulty = run((&mut bench, &mut background), 400..800, 5.0);

@@ -25,7 +25,6 @@ use firmware_stub::record::{
 use firmware_stub::report::Report;
 use firmware_stub::sampling::{Note, Sampling};
 use heapless::spsc::Queue;
-use monitor_core::pca::ExplainedShare;
 use monitor_core::{Config, Monitor, Verdict};
 
 /// Notes between two turns of the main loop.
@@ -100,12 +99,11 @@ impl MainLoop {
     fn new(config: &Config) -> Result<Self, Refusal> {
         let refused = &b"error: the monitor refuses its settings\n\0"[..];
         let monitor = Monitor::new(config).map_err(|_| refused)?;
-        let share = ExplainedShare::new(config.explained_share).map_err(|_| refused)?;
         let queue = cortex_m::singleton!(: Queue<Note, NOTES> = Queue::new()).ok_or(refused)?;
         let (notes, heard) = queue.split();
         let owned = (Sampling::new(monitor, notes), FaultOutput::safe());
         critical_section::with(|cs| INTERRUPT.borrow(cs).replace(Some(owned)));
-        Ok(MainLoop { background: Background::new(heard, share), report: Report::new(config) })
+        Ok(MainLoop { background: Background::new(heard, config.explained_share), report: Report::new(config) })
     }
 
     /// One slot: the interrupt judges it, the rest is done at leisure.
