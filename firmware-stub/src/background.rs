@@ -1,14 +1,13 @@
 //! The main loop's side: everything that may take its time. It ends learning, answers requests, and tells whether the
 //! sampling interrupt is alive.
 
-use heapless::spsc::Consumer;
 use monitor_core::Baseline;
 use monitor_core::moments::LearnError;
 use monitor_core::pca::ExplainedShare;
 use monitor_core::units::RadPerSec;
 
 use crate::request::Request;
-use crate::sampling::{Note, Sampling, Snapshot};
+use crate::sampling::{Consumer, Note, Sampling, Snapshot};
 
 /// Access to what the sampling interrupt owns, with that interrupt held off meanwhile: RTIC's lock, embassy's blocking
 /// mutex, or a critical section. Whoever calls keeps it short.
@@ -43,7 +42,7 @@ pub enum Answer {
 
 /// The main loop's part of the monitor.
 pub struct Background<'q> {
-    notes: Consumer<'q, Note>,
+    notes: Consumer<'q>,
     share: ExplainedShare,
     in_vain: u32,
     /// The slot that was current when the watchdog was last fed.
@@ -54,7 +53,7 @@ impl<'q> Background<'q> {
     /// The other end of the queue, and the share of variance that a model must explain, as in the monitor's settings. A
     /// share that the monitor refuses gives the paper's.
     #[must_use]
-    pub fn new(notes: Consumer<'q, Note>, explained_share: f32) -> Self {
+    pub fn new(notes: Consumer<'q>, explained_share: f32) -> Self {
         let share = ExplainedShare::new(explained_share).unwrap_or(ExplainedShare::PAPER);
         Background { notes, share, in_vain: 0, fed_at: None }
     }

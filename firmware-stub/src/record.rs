@@ -11,14 +11,14 @@ use monitor_core::localize::{Diagnosis, Fault};
 use monitor_core::sample::{Bank, ModelId, PerPair};
 use monitor_core::units::{Amperes, RadPerSec, Volts};
 use monitor_core::verdict::{Absence, Rejected};
-use monitor_core::{Config, Phase, Range, Sample, Verdict};
+use monitor_core::{Config, Phase, Sample, Verdict};
 use nalgebra::Matrix3;
 
 use crate::request::Request;
 use crate::sampling::Reading;
 
 /// Words of a header, of a slot, of a verdict, of a matrix and of a decomposition.
-pub const HEADER_WORDS: usize = 20;
+pub const HEADER_WORDS: usize = 14;
 /// See [`HEADER_WORDS`].
 pub const SLOT_WORDS: usize = 5;
 /// See [`HEADER_WORDS`].
@@ -86,15 +86,7 @@ impl Header {
             c.hysteresis,
         ]
         .map(f32::to_bits);
-        let [[a, b], [c, d], [e, f]] = c.range.map(|range| [range.low, range.high].map(f32::to_bits));
-        let door = [a, b, c, d, e, f];
-        let mut words = [0; HEADER_WORDS];
-        let settings =
-            [MAGIC, kind, self.records, rate, settle, learn, tolerance, share, cutoff, hysteresis, full, r1, r2, r3];
-        for (word, value) in words.iter_mut().zip(settings.into_iter().chain(door)) {
-            *word = value;
-        }
-        words
+        [MAGIC, kind, self.records, rate, settle, learn, tolerance, share, cutoff, hysteresis, full, r1, r2, r3]
     }
 
     /// Reads a header; none when the words are not one.
@@ -113,7 +105,6 @@ impl Header {
             r1,
             r2,
             r3,
-            range @ ..,
         ] = settings.map(f32::from_bits);
         let kind = match (magic, kind) {
             (MAGIC, 1) => Kind::Mission,
@@ -122,7 +113,6 @@ impl Header {
         };
         let pairs = PerPair { speed_current: r1, current_voltage: r2, speed_voltage: r3 };
         let thresholds = Bank { full, pairs };
-        let [a, b, c, d, e, f] = range;
         let config = Config {
             sample_rate_hz,
             settle_s,
@@ -132,7 +122,6 @@ impl Header {
             cutoff_hz,
             thresholds,
             hysteresis,
-            range: [Range { low: a, high: b }, Range { low: c, high: d }, Range { low: e, high: f }],
         };
         Some(Header { kind, records, config })
     }

@@ -1,6 +1,8 @@
 //! What the main loop hears and answers, as `defmt` lines that a person understands: what, since when, how large against
 //! its limit. Times are of the sampling clock, in seconds since the start.
 
+use core::num::NonZeroU64;
+
 use monitor_core::event::EventKind;
 use monitor_core::sample::{Bank, ModelId};
 use monitor_core::{Config, Diagnosis, Phase};
@@ -13,7 +15,7 @@ use crate::sampling::{Note, Snapshot};
 #[derive(Clone, Copy, Debug)]
 pub struct Report {
     /// Samples per second; a board's rate is a whole number of hertz.
-    rate_hz: u32,
+    rate_hz: NonZeroU64,
     limits: Bank<f32>,
 }
 
@@ -21,12 +23,13 @@ impl Report {
     /// For a monitor with these settings.
     #[must_use]
     pub fn new(config: &Config) -> Self {
-        Report { rate_hz: (config.sample_rate_hz as u32).max(1), limits: config.thresholds }
+        let rate_hz = NonZeroU64::new(config.sample_rate_hz as u64).unwrap_or(NonZeroU64::MIN);
+        Report { rate_hz, limits: config.thresholds }
     }
 
     /// Milliseconds from the start to a sample.
     fn ms(&self, sample: u64) -> u64 {
-        sample * 1000 / u64::from(self.rate_hz)
+        sample.wrapping_mul(1000) / self.rate_hz
     }
 
     /// Logs a note.

@@ -1,6 +1,6 @@
 //! The sampling interrupt's side: judge each slot, drive the fault output, queue what the main loop is to hear of.
 
-use heapless::spsc::Producer;
+use heapless::spsc::{self, Queue};
 use monitor_core::event::{Event, EventKind, Watch};
 use monitor_core::moments::{LearnError, Moments};
 use monitor_core::sample::ModelId;
@@ -19,7 +19,17 @@ pub enum Reading {
     Absent(Absence),
 }
 
-/// What the main loop is told of. One takes 32 bytes of the queue.
+/// Places of the queue to the main loop; one stays free. A verdict brings at most nine notes, seven of them events.
+const PLACES: usize = 32;
+
+/// The queue to the main loop.
+pub type Notes = Queue<Note, PLACES>;
+/// Its end in the interrupt.
+pub type Producer<'q> = spsc::Producer<'q, Note, PLACES>;
+/// Its end in the main loop.
+pub type Consumer<'q> = spsc::Consumer<'q, Note, PLACES>;
+
+/// What the main loop is told of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Note {
     /// Something changed between two verdicts.
@@ -70,7 +80,7 @@ pub struct Counts {
 pub struct Snapshot {
     /// The last verdict.
     pub verdict: Verdict,
-    /// The last sample that was there; its channels in order.
+    /// The last sample that was not turned away; its channels in order.
     pub channels: [f32; 3],
     /// What samples are judged by.
     pub baseline: Option<Baseline>,
@@ -82,7 +92,7 @@ pub struct Snapshot {
 pub struct Sampling<'q> {
     monitor: Monitor,
     watch: Watch,
-    notes: Producer<'q, Note>,
+    notes: Producer<'q>,
     counts: Counts,
     /// Slots turned away in a row, and why the last of them was.
     run: (u32, Option<Rejected>),
@@ -93,7 +103,7 @@ pub struct Sampling<'q> {
 impl<'q> Sampling<'q> {
     /// A monitor, and the queue to the main loop.
     #[must_use]
-    pub fn new(monitor: Monitor, notes: Producer<'q, Note>) -> Self {
+    pub fn new(monitor: Monitor, notes: Producer<'q>) -> Self {
         Sampling {
             monitor,
             watch: Watch::default(),
@@ -130,13 +140,10 @@ impl<'q> Sampling<'q> {
     #[inline]
     fn judge(&mut self, set_point: RadPerSec, reading: Reading) -> Verdict {
         let verdict = match reading {
-            Reading::Taken(sample) => {
-                self.channels = sample.into();
-                self.monitor.step(set_point, sample)
-            }
+            Reading::Taken(sample) => *self.monitor.step(set_point, sample),
             Reading::Absent(why) => {
                 self.counts.absent = self.counts.absent.saturating_add(1);
-                self.monitor.skip(why)
+                *self.monitor.skip(why)
             }
         };
         self.note_rejections(&verdict);
@@ -159,6 +166,9 @@ impl<'q> Sampling<'q> {
         } else if before.is_some() {
             push(&mut self.notes, &mut self.counts, Note::Accepting { sample, after: length });
             self.run = (0, None);
+        }
+        if now.is_none() {
+            self.channels = verdict.readings();
         }
     }
 
@@ -209,7 +219,7 @@ fn note(event: Event, verdict: &Verdict) -> Note {
     Note::Event { event, residual, alarm_since: verdict.alarm_since() }
 }
 
-fn push(notes: &mut Producer<'_, Note>, counts: &mut Counts, note: Note) {
+fn push(notes: &mut Producer<'_>, counts: &mut Counts, note: Note) {
     if notes.enqueue(note).is_err() {
         counts.dropped = counts.dropped.saturating_add(1);
     }

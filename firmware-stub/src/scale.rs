@@ -5,8 +5,9 @@
 
 use core::f32::consts::TAU;
 
-use monitor_core::Range;
+use monitor_core::range::RangeError;
 use monitor_core::units::{Amperes, RadPerSec, Volts};
+use monitor_core::{Range, Ranges};
 
 /// Largest code of the 12-bit converter.
 pub const ADC_TOP: u16 = 4095;
@@ -52,13 +53,18 @@ pub fn speed(edges: i16, rate_hz: f32) -> RadPerSec {
     RadPerSec(f32::from(edges) * (TAU / EDGES_PER_TURN * rate_hz))
 }
 
-/// What the channels can credibly read. A code at a rail (0 or 4095) says only that the pin is beyond it, so the range
-/// ends half a code inside.
-pub const RANGE: [Range; 3] = [
-    Range { low: -CREDIBLE_SPEED, high: CREDIBLE_SPEED },
-    Range { low: (0.5 - ZERO_CODE) * A_PER_CODE, high: (4094.5 - ZERO_CODE) * A_PER_CODE },
-    Range { low: (0.5 - ZERO_CODE) * ARMATURE_V_PER_CODE, high: (4094.5 - ZERO_CODE) * ARMATURE_V_PER_CODE },
-];
+/// What the channels can credibly read: codes between the rails. A code at a rail (0 or 4095) says only that the pin is
+/// at it or beyond.
+///
+/// # Errors
+/// None while the constants above make sense: then each lower end lies below its higher one.
+pub fn ranges() -> Result<Ranges, RangeError> {
+    Ok(Ranges {
+        speed: Range::new(-CREDIBLE_SPEED, CREDIBLE_SPEED)?,
+        armature_current: Range::new(current(0).0, current(ADC_TOP).0)?,
+        armature_voltage: Range::new(voltage(0).0, voltage(ADC_TOP).0)?,
+    })
+}
 
 #[cfg(test)]
 mod tests {
@@ -69,14 +75,13 @@ mod tests {
 
     fn rejected(edges: i16, current_code: u16, voltage_code: u16) -> Option<Rejected> {
         let pairs = PerPair { speed_current: 2.0, current_voltage: 2.0, speed_voltage: 2.0 };
-        let config = Config { range: RANGE, ..Config::paper(1000.0, Bank { full: 2.0, pairs }) };
-        let mut monitor = Monitor::new(&config).unwrap();
+        let mut monitor = Monitor::new(&Config::paper(1000.0, Bank { full: 2.0, pairs })).unwrap();
         let sample = Sample {
             speed: speed(edges, 1000.0),
             armature_current: current(current_code),
             armature_voltage: voltage(voltage_code),
         };
-        monitor.step(RadPerSec(0.0), sample).rejected()
+        monitor.step(RadPerSec(0.0), ranges().unwrap().admit(sample)).rejected()
     }
 
     #[test]

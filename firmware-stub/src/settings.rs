@@ -1,7 +1,7 @@
 //! The settings a board starts with.
 
+use monitor_core::Config;
 use monitor_core::sample::{Bank, PerPair};
-use monitor_core::{Config, Range};
 
 /// Rate of the sampling interrupt, Hz.
 pub const SAMPLE_RATE_HZ: u32 = 1000;
@@ -11,8 +11,8 @@ pub const SAMPLE_RATE_HZ: u32 = 1000;
 const THRESHOLDS: Bank<f32> =
     Bank { full: 1.753, pairs: PerPair { speed_current: 1.896, current_voltage: 1.811, speed_voltage: 1.844 } };
 
-/// The paper's settings for the default motor, with the ranges of a board's converters.
+/// The paper's settings for the default motor.
 #[must_use]
-pub const fn default_motor(range: [Range; 3]) -> Config {
-    Config { range, ..Config::paper(SAMPLE_RATE_HZ as f32, THRESHOLDS) }
+pub const fn default_motor() -> Config {
+    Config::paper(SAMPLE_RATE_HZ as f32, THRESHOLDS)
 }

@@ -1,6 +1,5 @@
 use super::*;
 
-use heapless::spsc::Queue;
 use monitor_core::event::EventKind;
 use monitor_core::sample::{Bank, PerPair, Sample};
 use monitor_core::units::{Amperes, Volts};
@@ -11,7 +10,7 @@ extern crate std;
 use std::vec::Vec;
 
 use crate::deadline::Slot;
-use crate::sampling::Reading;
+use crate::sampling::{Notes, Reading};
 
 const SET_POINT: RadPerSec = RadPerSec(300.0);
 const IN_TIME: Slot = Slot { lost: 0, late: false };
@@ -31,7 +30,7 @@ fn config() -> Config {
     Config { settle_s: 0.01, learn_s: 0.1, cutoff_hz: 20.0, ..Config::paper(1000.0, Bank { full: 3.0, pairs }) }
 }
 
-fn board<const N: usize>(queue: &mut Queue<Note, N>) -> (Bench<'_>, Background<'_>) {
+fn board(queue: &mut Notes) -> (Bench<'_>, Background<'_>) {
     let (notes, heard) = queue.split();
     let sampling = Sampling::new(Monitor::new(&config()).unwrap(), notes);
     (Bench(sampling), Background::new(heard, config().explained_share))
@@ -64,7 +63,7 @@ fn run<'q>(
 
 #[test]
 fn a_drifting_sensor_is_learned_about_judged_named_and_drives_the_fault_output() {
-    let mut queue = Queue::<Note, 64>::new();
+    let mut queue = Notes::new();
     let (mut bench, mut background) = board(&mut queue);
     let healthy = run((&mut bench, &mut background), 0..400, 0.0);
     let phases = healthy.iter().filter_map(|note| match note {
@@ -93,25 +92,25 @@ fn a_drifting_sensor_is_learned_about_judged_named_and_drives_the_fault_output()
 
 #[test]
 fn a_full_queue_keeps_the_oldest_notes_and_counts_what_it_dropped() {
-    // A queue of N places holds N - 1.
-    let mut queue = Queue::<Note, 4>::new();
+    let mut queue = Notes::new();
     let (mut bench, mut background) = board(&mut queue);
     let absent = |bench: &mut Bench<'_>, k: u32| {
-        let late = k.is_multiple_of(2);
-        bench.0.on_interrupt(Slot { lost: 0, late }, SET_POINT, || reading(k, 0.0), |_| {});
+        let slot = Slot { lost: 0, late: k.is_multiple_of(2) };
+        bench.0.on_interrupt(slot, SET_POINT, || reading(k, 0.0), |_| {});
     };
-    (0..6).for_each(|k| absent(&mut bench, k));
+    (0..40).for_each(|k| absent(&mut bench, k));
     let kept: Vec<Note> = core::iter::from_fn(|| background.next_note()).collect();
     let why = Rejected::Absent(Absence::Late);
     assert_eq!(kept.first(), Some(&Note::Rejecting { sample: 0, why }), "{kept:?}");
-    assert_eq!(kept.len(), 3);
-    // Each slot has one note, the first also tells that the monitor settles.
-    assert_eq!(bench.0.snapshot().counts.dropped, 7 - 3);
+    // The queue has 32 places, of which one stays free. Each slot but those of the same reason has a note; one tells that
+    // the monitor settles, one that it learns.
+    assert_eq!(kept.len(), 31);
+    assert_eq!(bench.0.snapshot().counts.dropped, 42 - 31);
 }
 
 #[test]
 fn lost_and_late_slots_are_verdicts_of_their_own_and_no_late_slot_is_read() {
-    let mut queue = Queue::<Note, 64>::new();
+    let mut queue = Notes::new();
     let (mut bench, mut background) = board(&mut queue);
     run((&mut bench, &mut background), 0..300, 0.0);
     let verdict = bench.0.on_interrupt(Slot { lost: 3, late: true }, SET_POINT, || panic!("too late to read"), |_| {});
@@ -128,7 +127,7 @@ fn lost_and_late_slots_are_verdicts_of_their_own_and_no_late_slot_is_read() {
 
 #[test]
 fn an_overrun_is_counted_and_told_of_with_its_slot() {
-    let mut queue = Queue::<Note, 64>::new();
+    let mut queue = Notes::new();
     let (mut bench, mut background) = board(&mut queue);
     run((&mut bench, &mut background), 0..5, 0.0);
     bench.0.overran();
@@ -149,7 +148,7 @@ fn a_model_of_a_set_point_that_has_changed_meanwhile_is_thrown_away_and_counted(
             f(&mut self.0.0)
         }
     }
-    let mut queue = Queue::<Note, 64>::new();
+    let mut queue = Notes::new();
     let (mut bench, mut background) = board(&mut queue);
     while bench.0.learned_window().is_none() {
         let k = bench.0.slot() as u32;
@@ -163,7 +162,7 @@ fn a_model_of_a_set_point_that_has_changed_meanwhile_is_thrown_away_and_counted(
 
 #[test]
 fn a_window_that_cannot_be_learned_from_is_refused_and_told_of() {
-    let mut queue = Queue::<Note, 64>::new();
+    let mut queue = Notes::new();
     let (mut bench, mut background) = board(&mut queue);
     let mut refused = None;
     for _ in 0..200 {
@@ -178,7 +177,7 @@ fn a_window_that_cannot_be_learned_from_is_refused_and_told_of() {
 
 #[test]
 fn requests_are_answered_from_the_state_of_the_last_slot() {
-    let mut queue = Queue::<Note, 64>::new();
+    let mut queue = Notes::new();
     let (mut bench, mut background) = board(&mut queue);
     let Answer::Contributions(none) = background.answer(Request::Contributions, &mut bench) else { panic!() };
     assert_eq!(none, None, "nothing is learned yet");
@@ -198,7 +197,7 @@ fn requests_are_answered_from_the_state_of_the_last_slot() {
 
 #[test]
 fn the_sampling_interrupt_counts_as_alive_only_while_slots_go_by() {
-    let mut queue = Queue::<Note, 64>::new();
+    let mut queue = Notes::new();
     let (mut bench, mut background) = board(&mut queue);
     run((&mut bench, &mut background), 0..2, 0.0);
     assert!(background.sampling_is_alive(&mut bench));

@@ -23,12 +23,8 @@ use firmware_stub::record::{
     eigen_to_words, verdict_to_words,
 };
 use firmware_stub::report::Report;
-use firmware_stub::sampling::{Note, Sampling};
-use heapless::spsc::Queue;
+use firmware_stub::sampling::{Notes, Sampling};
 use monitor_core::{Config, Monitor, Verdict};
-
-/// Notes between two turns of the main loop.
-const NOTES: usize = 32;
 
 /// A main loop that does not come round in this time has stopped, ms of the emulator's clock: a chunk's worth of
 /// semihosting on a busy host stays far below.
@@ -99,7 +95,7 @@ impl MainLoop {
     fn new(config: &Config) -> Result<Self, Refusal> {
         let refused = &b"error: the monitor refuses its settings\n\0"[..];
         let monitor = Monitor::new(config).map_err(|_| refused)?;
-        let queue = cortex_m::singleton!(: Queue<Note, NOTES> = Queue::new()).ok_or(refused)?;
+        let queue = cortex_m::singleton!(: Notes = Notes::new()).ok_or(refused)?;
         let (notes, heard) = queue.split();
         let owned = (Sampling::new(monitor, notes), FaultOutput::safe());
         critical_section::with(|cs| INTERRUPT.borrow(cs).replace(Some(owned)));

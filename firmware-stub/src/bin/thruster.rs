@@ -17,18 +17,16 @@ mod app {
     use firmware_stub::fault::Reason;
     use firmware_stub::report::{self, Report};
     use firmware_stub::request::Requests;
-    use firmware_stub::sampling::{Note, Reading, Sampling};
+    use firmware_stub::sampling::{Notes, Reading, Sampling};
     use firmware_stub::settings::{SAMPLE_RATE_HZ, default_motor};
     use firmware_stub::{board, scale};
     use heapless::spsc::{Consumer, Producer, Queue};
     use monitor_core::units::RadPerSec;
     use monitor_core::verdict::Absence;
-    use monitor_core::{Monitor, Sample};
+    use monitor_core::{Monitor, Ranges, Sample};
     use stm32f4xx_hal::prelude::*;
     use stm32f4xx_hal::watchdog::IndependentWatchdog;
 
-    /// Notes between two turns of the main loop, which comes round in every slot.
-    const NOTES: usize = 32;
     /// Bytes of requests between two turns.
     const BYTES: usize = 16;
     /// Ticks in one slot; a reading in its second half is late.
@@ -49,16 +47,17 @@ mod app {
         deadline: Deadline,
         encoder: Encoder,
         converter: Converter,
+        ranges: Ranges,
         output: FaultOutput,
         line: SerialLine,
-        sent: Producer<'static, u8>,
-        received: Consumer<'static, u8>,
+        sent: Producer<'static, u8, BYTES>,
+        received: Consumer<'static, u8, BYTES>,
         background: Background<'static>,
         report: Report,
         watchdog: IndependentWatchdog,
     }
 
-    #[init(local = [notes: Queue<Note, NOTES> = Queue::new(), bytes: Queue<u8, BYTES> = Queue::new()])]
+    #[init(local = [notes: Notes = Notes::new(), bytes: Queue<u8, BYTES> = Queue::new()])]
     fn init(cx: init::Context) -> (Shared, Local) {
         let chip = cx.device;
         stm32f405::start_clocks(&chip.RCC, &chip.FLASH);
@@ -72,8 +71,8 @@ mod app {
         let _line = (b.pb10.into_alternate::<7>(), b.pb11.into_alternate::<7>());
         let _analogue = (c.pc0.into_analog(), c.pc1.into_analog());
 
-        let config = default_motor(scale::RANGE);
-        let Ok(monitor) = Monitor::new(&config) else { board::stop(Reason::Settings) };
+        let config = default_motor();
+        let (Ok(monitor), Ok(ranges)) = (Monitor::new(&config), scale::ranges()) else { board::stop(Reason::Settings) };
         let (notes, heard) = cx.local.notes.split();
         let (sent, received) = cx.local.bytes.split();
         let mut watchdog = IndependentWatchdog::new(chip.IWDG);
@@ -82,6 +81,7 @@ mod app {
         let local = Local {
             encoder: Encoder::start(chip.TIM4, SAMPLE_RATE_HZ),
             converter: Converter::start(chip.ADC1, &chip.ADC_COMMON),
+            ranges,
             output,
             line: SerialLine::start(chip.USART3),
             sent,
@@ -98,14 +98,14 @@ mod app {
     }
 
     #[task(binds = TIM2, priority = 3, shared = [sampling, set_point],
-           local = [timer, clock, deadline, encoder, converter, output])]
+           local = [timer, clock, deadline, encoder, converter, ranges, output])]
     fn sample(cx: sample::Context) {
-        let sample::LocalResources { timer, clock, deadline, encoder, converter, output, .. } = cx.local;
+        let sample::LocalResources { timer, clock, deadline, encoder, converter, ranges, output, .. } = cx.local;
         let slot = deadline.enter(clock.now());
         timer.acknowledge();
         let read = || match (encoder.speed(), converter.read()) {
             (speed, Some((armature_current, armature_voltage))) => {
-                Reading::Taken(Sample { speed, armature_current, armature_voltage })
+                Reading::Taken(ranges.admit(Sample { speed, armature_current, armature_voltage }))
             }
             (_, None) => Reading::Absent(Absence::Missing),
         };
