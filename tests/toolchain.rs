@@ -4,9 +4,15 @@
 //! packages bring. [`Firmware::build`] tries in that order and says what is missing when neither works. Nothing is
 //! downloaded.
 
+mod emulator;
+mod firmware;
+
 use std::env;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+
+pub use emulator::{Board, Run, decoded, emulate};
+pub use firmware::{Firmware, Unit};
 
 /// The target of the firmware: Cortex-M4F with hardware floating point.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
@@ -33,68 +39,6 @@ pub fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().map(Path::to_owned).unwrap_or_default()
 }
 
-/// What to build of `firmware-stub`, and for which processor.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Firmware<'a> {
-    /// The binary.
-    pub binary: &'a str,
-    /// Cargo features, separated by commas.
-    pub features: &'a str,
-    /// Target triple.
-    pub target: &'a str,
-    /// Processor whose instructions are scheduled for.
-    pub cpu: &'a str,
-    /// Arguments of the linker.
-    pub link: &'a [&'a str],
-}
-
-impl<'a> Firmware<'a> {
-    /// A binary for the emulated board.
-    #[must_use]
-    pub const fn emulated(binary: &'a str) -> Self {
-        let link: &[&str] = &["-Tlink.x", "-Tdefmt.x", "--defsym=_board_qemu=1"];
-        Firmware { binary, features: "board-qemu", target: TARGET, cpu: "cortex-m4", link }
-    }
-
-    /// A binary that is made for audits: the core by itself, without a board and without `defmt`.
-    #[must_use]
-    pub const fn audited(binary: &'a str) -> Self {
-        let link: &[&str] = &["-Tlink.x", "--defsym=_board_qemu=1"];
-        Firmware { binary, features: "audit", target: TARGET, cpu: "cortex-m4", link }
-    }
-
-    /// Builds it; returns the ELF file.
-    ///
-    /// # Errors
-    /// What is missing or went wrong, and what helps.
-    pub fn build(&self) -> Result<PathBuf, String> {
-        let toolchain = find(self.target)?;
-        // A directory of its own: the outer cargo holds the lock of the other one.
-        let directory = workspace().join("target/firmware");
-        let mut command = clean(&toolchain.cargo);
-        command
-            .current_dir(workspace())
-            .env("RUSTC", &toolchain.rustc)
-            .env("RUSTFLAGS", format!("-Clinker={} -Ctarget-cpu={}", toolchain.linker.display(), self.cpu))
-            .env("DEFMT_LOG", "info")
-            .args(["rustc", "--release", "--locked", "-p", "firmware-stub", "--features", self.features])
-            .args(["--bin", self.binary, "--target", self.target, "--target-dir"])
-            .arg(&directory);
-        if toolchain.build_std {
-            // Building `core` is a nightly feature of cargo; the bootstrap switch is how a distribution's compiler
-            // allows it. `alloc` is for the image that proves that the audits find a heap.
-            command.env("RUSTC_BOOTSTRAP", "1").arg("-Zbuild-std=core,alloc");
-        }
-        // Only the last link takes the linker's arguments, so that all images share what is compiled before it.
-        command.arg("--").args(self.link.iter().map(|argument| format!("-Clink-arg={argument}")));
-        let output = run(&mut command)?;
-        if !output.status.success() {
-            return Err(format!("the firmware does not build:\n{}", String::from_utf8_lossy(&output.stderr)));
-        }
-        Ok(directory.join(self.target).join("release").join(self.binary))
-    }
-}
-
 /// Builds a binary of `firmware-stub` for the emulated board; returns the ELF file.
 ///
 /// # Errors
@@ -110,59 +54,6 @@ pub fn build(binary: &str) -> Result<PathBuf, String> {
 pub fn compiler() -> Result<String, String> {
     let rustc = find(TARGET)?.rustc;
     printed(&rustc, &["--version"]).ok_or_else(|| format!("{} does not say its version", rustc.display()))
-}
-
-/// An emulated board: same memory map, same firmware, another core.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Board {
-    /// QEMU's `mps2-an386`: Cortex-M4F.
-    CortexM4,
-    /// QEMU's `mps2-an500`: Cortex-M7.
-    CortexM7,
-}
-
-/// Runs an ELF file on an emulated board, its files in `directory`. Returns the `defmt` frames it logged.
-///
-/// # Errors
-/// What is missing, or what the board said when its exit code was not zero.
-pub fn emulate(board: Board, elf: &Path, directory: &Path) -> Result<Vec<u8>, String> {
-    let (machine, core) = match board {
-        Board::CortexM4 => ("mps2-an386", "cortex-m4"),
-        Board::CortexM7 => ("mps2-an500", "cortex-m7"),
-    };
-    let mut command = clean(Path::new("qemu-system-arm"));
-    command
-        .current_dir(directory)
-        .args(["-machine", machine, "-cpu", core, "-nographic", "-monitor", "none", "-serial", "none"])
-        .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
-        .arg(elf);
-    let output =
-        run(&mut command).map_err(|error| format!("{error}; install it with: apt-get install qemu-system-arm"))?;
-    if output.status.success() {
-        return Ok(output.stdout);
-    }
-    let said = [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned()).concat();
-    Err(format!("the board left with {}: {said}", output.status))
-}
-
-/// The lines that `defmt` frames of a firmware say.
-///
-/// # Errors
-/// When the ELF file has no `defmt` table or the frames are not its own.
-pub fn decoded(elf: &Path, frames: &[u8]) -> Result<Vec<String>, String> {
-    let bytes = std::fs::read(elf).map_err(|error| error.to_string())?;
-    let table = defmt_decoder::Table::parse(&bytes).map_err(|error| error.to_string())?;
-    let table = table.ok_or("the firmware has no defmt table")?;
-    let mut decoder = table.new_stream_decoder();
-    decoder.received(frames);
-    let mut lines = Vec::new();
-    loop {
-        match decoder.decode() {
-            Ok(frame) => lines.push(frame.display_message().to_string()),
-            Err(defmt_decoder::DecodeError::UnexpectedEof) => return Ok(lines),
-            Err(error) => return Err(error.to_string()),
-        }
-    }
 }
 
 /// The first toolchain that can build for a target.
