@@ -70,7 +70,7 @@ fn tangent_of_pi_times(x: f32) -> f32 {
     let to_quarter = |x: f32| {
         let w = x * x;
         let high = 161.149_1 + w * (732.735_8 + w * (860.452_2 + w * 27_534.316));
-        x * (3.141_592_7 + w * (10.335_347 + w * (40.822_414 + w * high)))
+        x * (core::f32::consts::PI + w * (10.335_347 + w * (40.822_414 + w * high)))
     };
     // The difference is exact.
     if x <= 0.25 { to_quarter(x) } else { 1.0 / to_quarter(0.5 - x) }
