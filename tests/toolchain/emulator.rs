@@ -93,6 +93,7 @@ impl Run {
     /// # Errors
     /// What is missing, what the board said when its exit code was not zero, or that it hung.
     pub fn frames(&self) -> Result<Vec<u8>, String> {
+        is_firmware(&self.elf)?;
         let mut child =
             self.command().stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().map_err(
                 |error| {
@@ -137,6 +138,17 @@ impl Run {
     pub fn log(&self) -> Result<Vec<String>, String> {
         decoded(&self.elf, &self.frames()?)
     }
+}
+
+/// Refuses a file that no such board can run.
+fn is_firmware(elf: &Path) -> Result<(), String> {
+    /// Magic number of ELF with 32 bits, little endian; and the machine, two bytes at byte 18: 40 is Arm.
+    const ELF: &[u8] = b"\x7fELF\x01\x01";
+    let bytes = std::fs::read(elf).map_err(|error| format!("the firmware {} cannot be read: {error}", elf.display()))?;
+    if bytes.starts_with(ELF) && bytes.get(18..20) == Some(&[40, 0]) {
+        return Ok(());
+    }
+    Err(format!("{} is not a firmware: it is no ELF file for Arm; build one with `cargo emulate`", elf.display()))
 }
 
 /// Reads a stream to its end beside the child that writes it: a full pipe would stop the board.
