@@ -144,7 +144,8 @@ impl Run {
 fn is_firmware(elf: &Path) -> Result<(), String> {
     /// Magic number of ELF with 32 bits, little endian; and the machine, two bytes at byte 18: 40 is Arm.
     const ELF: &[u8] = b"\x7fELF\x01\x01";
-    let bytes = std::fs::read(elf).map_err(|error| format!("the firmware {} cannot be read: {error}", elf.display()))?;
+    let bytes =
+        std::fs::read(elf).map_err(|error| format!("the firmware {} cannot be read: {error}", elf.display()))?;
     if bytes.starts_with(ELF) && bytes.get(18..20) == Some(&[40, 0]) {
         return Ok(());
     }
