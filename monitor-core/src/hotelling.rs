@@ -28,11 +28,11 @@ impl<const N: usize> Model<N> {
     #[must_use]
     pub fn new(pca: Pca<N>, sigma: SVector<f32, N>, samples: u32) -> Self {
         let scale = phase_two_scale(samples, pca.retained());
-        let mut rows = [[0.0; N]; N];
-        let components = pca.loadings().column_iter().zip(weights(&pca, scale));
-        for (row, (loading, weight)) in rows.iter_mut().zip(components) {
-            for ((cell, p), s) in row.iter_mut().zip(loading.iter()).zip(sigma.iter()) {
-                *cell = weight * p / s; // (1.7): the division by sigma
+        // Loadings column by column are W row by row. Arrays: nalgebra's iterators over small matrices take much code.
+        let (mut rows, sigma): (_, [f32; N]) = (pca.loadings().data.0, sigma.into());
+        for (row, weight) in rows.iter_mut().zip(weights(&pca, scale)) {
+            for (cell, s) in row.iter_mut().zip(sigma) {
+                *cell = weight * *cell / s; // (1.7): the division by sigma
             }
         }
         triangulate(&mut rows);
@@ -74,9 +74,9 @@ impl<const N: usize> Model<N> {
     #[must_use]
     pub fn contributions(&self, z: [f32; N]) -> [f32; N] {
         let mut entries = [0.0; N];
-        for (loading, weight) in self.pca.loadings().column_iter().zip(weights(&self.pca, self.scale)) {
-            let score: f32 = weight * loading.iter().zip(z).map(|(p, z)| p * z).sum::<f32>();
-            for (entry, p) in entries.iter_mut().zip(loading.iter()) {
+        for (loading, weight) in self.pca.loadings().data.0.into_iter().zip(weights(&self.pca, self.scale)) {
+            let score = weight * loading.iter().zip(z).map(|(p, z)| p * z).sum::<f32>();
+            for (entry, p) in entries.iter_mut().zip(loading) {
                 *entry += p * score;
             }
         }
@@ -85,9 +85,10 @@ impl<const N: usize> Model<N> {
 }
 
 /// c D^(-1/2) of (1.6): what the score of each component is multiplied by; zero for those that are not retained.
+#[inline(never)]
 fn weights<const N: usize>(pca: &Pca<N>, scale: f32) -> [f32; N] {
     let mut weights = [0.0; N];
-    for (weight, variance) in weights.iter_mut().zip(pca.eigenvalues().iter()).take(pca.retained()) {
+    for (weight, variance) in weights.iter_mut().zip(pca.eigenvalues().data.0.as_flattened()).take(pca.retained()) {
         *weight = libm::sqrtf(scale / variance.max(EIGENVALUE_FLOOR));
     }
     weights
@@ -106,6 +107,7 @@ fn triangulate<const N: usize>(rows: &mut [[f32; N]; N]) {
 }
 
 /// Rotates two rows so that `lower` becomes zero in a column.
+#[inline(never)] // three times in one model, and flash is dearer than the time of a window's end
 fn rotate<const N: usize>(upper: &mut [f32; N], lower: &mut [f32; N], column: usize) {
     let (Some(p), Some(q)) = (upper.get(column).copied(), lower.get(column).copied()) else { return };
     let larger = f32::max(p.abs(), q.abs());

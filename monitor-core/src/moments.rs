@@ -3,9 +3,10 @@
 //! Sums of deviations from a shift near the mean, gathered in blocks. A plain sum of squares in `f32` loses every
 //! digit of the variance once mean/sigma passes a few thousand (a speed of 300 rad/s with 0.1 rad/s of noise is there
 //! already), and Welford's update on raw samples drifts over long windows. Here
-//! - the shift is the first sample, then the mean of the first block, so deviations stay of the size of sigma;
-//! - a block of 64 samples is summed on its own before it joins the total, so the rounding error of a long window grows
-//!   with the number of blocks and not with the number of samples (Chan, Golub, LeVeque 1983, shifted and pairwise);
+//! - the shift is given, or is the first sample, so deviations stay of the size of sigma;
+//! - 64 samples are summed by themselves before they join the total, so the rounding error of a long window grows with
+//!   the number of blocks and not with the number of samples (Chan, Golub, LeVeque 1983, shifted and pairwise). Each sum
+//!   joins in a slot of its own: no slot is slow;
 //! - no division per sample.
 //!
 //! Windows can be merged, and can forget: every way to weight samples shares these sums. To keep spikes out, clip a sample
@@ -16,7 +17,7 @@ use nalgebra::{SMatrix, SVector};
 use crate::pca::PcaError;
 use crate::sample::Channel;
 
-/// Samples in a block: long enough that merging is rare, short enough that 64 squares keep 18 of 24 bits each.
+/// Slots in a block: more than there are sums, and few enough that 64 squares keep 18 of 24 bits each.
 const BLOCK: u32 = 64;
 
 /// Fewest samples per channel that a covariance may rest on: below about ten, the sampling error of a correlation
@@ -73,8 +74,8 @@ impl<const N: usize> Sums<N> {
     /// The same sums, of `n` samples, for a shift that has `moved`.
     fn recentre(&mut self, n: f32, moved: [f32; N]) {
         let first = self.first;
-        for ((row, m_i), s_i) in self.second.iter_mut().zip(moved).zip(first) {
-            for ((product, m_j), s_j) in row.iter_mut().zip(moved).zip(first) {
+        for (i, ((row, m_i), s_i)) in self.second.iter_mut().zip(moved).zip(first).enumerate() {
+            for ((product, m_j), s_j) in row.iter_mut().zip(moved).zip(first).take(i + 1) {
                 *product += n * m_i * m_j - m_i * s_j - s_i * m_j;
             }
         }
@@ -90,14 +91,13 @@ pub struct Moments<const N: usize> {
     shift: [f32; N],
     block: Sums<N>,
     total: Sums<N>,
-    /// Slots of the window so far, those without a sample included; blocks are counted in slots.
+    /// Slots of the window so far, those without a sample included; sums join the total by slots.
     slots: u32,
-    /// Samples in the block.
-    in_block: u32,
-    /// Samples in the total, each by its weight. Blocks of 64 add up without rounding to 2^30.
-    weight: f32,
-    /// Whether the shift is a mean already, and the total has begun.
-    centred: bool,
+    /// Samples taken since the window began or last forgot.
+    taken: u32,
+    /// What is left of the weight of samples before that.
+    remembered: f32,
+    has_shift: bool,
 }
 
 /// What a learning window says: `mean` (N), `covariance` (N x N, symmetric, 1/(n-1)) of `samples` samples.
@@ -118,9 +118,9 @@ impl<const N: usize> Default for Moments<N> {
             block: Sums::ZERO,
             total: Sums::ZERO,
             slots: 0,
-            in_block: 0,
-            weight: 0.0,
-            centred: false,
+            taken: 0,
+            remembered: 0.0,
+            has_shift: false,
         }
     }
 }
@@ -129,7 +129,18 @@ impl<const N: usize> Moments<N> {
     /// Fewest samples of a window that can be learned from.
     pub const MIN_SAMPLES: u32 = MIN_SAMPLES_PER_CHANNEL * N as u32;
 
-    /// Takes one sample. Constant work, but for every 64th slot, which merges a block.
+    /// A window whose mean is expected at `shift`. Being a hundred sigmas off costs four of seven digits, no more.
+    #[must_use]
+    pub fn around(shift: [f32; N]) -> Self {
+        Moments { shift, has_shift: true, ..Self::default() }
+    }
+
+    /// Where deviations are taken from.
+    pub(crate) const fn shift(&self) -> [f32; N] {
+        self.shift
+    }
+
+    /// Takes one sample.
     ///
     /// A value that is not finite poisons its channel's sums on purpose: [`Moments::statistics`] then refuses the
     /// window and names the channel.
@@ -139,11 +150,12 @@ impl<const N: usize> Moments<N> {
     }
 
     /// As [`Moments::push`] unless `held`: then the slot goes by without a sample, with the same work. The first slot of
-    /// a window must not be.
+    /// a window without a shift must not be.
     #[inline(always)]
     pub(crate) fn push_unless(&mut self, held: bool, x: [f32; N]) {
-        if self.slots == 0 {
+        if !self.has_shift {
             self.shift = x;
+            self.has_shift = true;
         }
         let deviation = difference(x, self.shift).map(|d| if held { 0.0 } else { d });
         for (i, (sum, d_i)) in self.block.first.iter_mut().zip(deviation).enumerate() {
@@ -154,10 +166,18 @@ impl<const N: usize> Moments<N> {
                 }
             }
         }
-        self.in_block += u32::from(!held);
+        self.taken += u32::from(!held);
+        self.join((self.slots % BLOCK) as usize);
         self.slots = self.slots.wrapping_add(1);
-        if self.slots.is_multiple_of(BLOCK) {
-            self.flush();
+    }
+
+    /// Lets one sum join the total: the sums of first powers take the first turns of a block, the others follow.
+    #[inline(always)]
+    fn join(&mut self, turn: usize) {
+        let of_block = self.block.first.iter_mut().chain(self.block.second.as_flattened_mut());
+        let of_total = self.total.first.iter_mut().chain(self.total.second.as_flattened_mut());
+        if let Some((block, total)) = of_block.zip(of_total).nth(turn) {
+            *total += core::mem::take(block);
         }
     }
 
@@ -165,7 +185,7 @@ impl<const N: usize> Moments<N> {
     #[inline]
     #[must_use]
     pub const fn samples(&self) -> u32 {
-        self.weight as u32 + self.in_block
+        self.remembered as u32 + self.taken
     }
 
     /// Slots that have gone by, with and without a sample.
@@ -174,67 +194,53 @@ impl<const N: usize> Moments<N> {
         self.slots
     }
 
-    /// Adds the block to the total.
-    #[cold]
-    #[inline(never)]
-    fn flush(&mut self) {
-        let n = self.in_block as f32;
-        if !self.centred {
-            // From the first sample, which may be an outlier, to the mean of the first block.
-            let moved = self.move_shift(self.block.first, n);
-            self.block.recentre(n, moved);
-            self.centred = true;
-        }
-        self.total.add(&self.block);
-        self.weight += n;
-        self.block = Sums::ZERO;
-        self.in_block = 0;
+    fn weight(&self) -> f32 {
+        self.remembered + self.taken as f32
     }
 
-    /// Moves the shift by the mean of `n` deviations from it; returns by how much, after rounding, so that sums stay exact
-    /// relative to it.
-    fn move_shift(&mut self, first: [f32; N], n: f32) -> [f32; N] {
-        let before = self.shift;
-        for (shift, sum) in self.shift.iter_mut().zip(first) {
-            *shift += sum / n;
-        }
-        difference(self.shift, before)
+    /// Lets all sums join the total.
+    fn flush(&mut self) {
+        self.total.add(&self.block);
+        self.block = Sums::ZERO;
     }
 
     /// Adds another window, as if its samples had been pushed here (Chan, Golub, LeVeque 1983, eq. 2.1).
     pub fn merge(&mut self, other: &Self) {
-        if other.slots == 0 {
-            return;
-        }
         if self.slots == 0 {
             *self = *other;
             return;
         }
-        self.flush();
         let mut other = *other;
         other.flush();
         // From its shift to ours.
-        other.total.recentre(other.weight, difference(self.shift, other.shift));
+        other.total.recentre(other.weight(), difference(self.shift, other.shift));
         self.total.add(&other.total);
-        self.weight += other.weight;
+        self.taken += other.taken;
+        self.remembered += other.remembered;
         self.slots = self.slots.wrapping_add(other.slots);
     }
 
     /// Lets everything so far weigh `keep` times what it did. Called once every k samples, this is exponential forgetting
     /// with a time constant of k/(1 - keep) samples; the mean may then drift, and the shift follows it.
     ///
-    /// `keep` is clamped to [0, 1]; NaN counts as 0. Under forgetting the covariance divides by the sum of weights less
+    /// `keep` is at most 1; with 0, less, or NaN the window begins again. Under forgetting the covariance divides by the sum of weights less
     /// one, which is unbiased to within one part in that sum.
     pub fn forget(&mut self, keep: f32) {
-        if self.samples() == 0 {
+        let weight = self.weight();
+        if !(keep > 0.0 && weight > 0.0) {
+            *self = Self::default();
             return;
         }
         self.flush();
-        let keep = if keep > 0.0 { keep.min(1.0) } else { 0.0 };
-        let moved = self.move_shift(self.total.first, self.weight);
-        self.total.recentre(self.weight, moved);
+        let before = self.shift;
+        for (shift, sum) in self.shift.iter_mut().zip(self.total.first) {
+            *shift += sum / weight;
+        }
+        // By what the shift has moved after rounding, so that the sums stay exact relative to it.
+        self.total.recentre(weight, difference(self.shift, before));
+        let keep = keep.min(1.0);
         self.total.scale(keep);
-        self.weight *= keep;
+        (self.remembered, self.taken) = (weight * keep, 0);
     }
 
     /// Mean and covariance of the window so far.
@@ -248,7 +254,7 @@ impl<const N: usize> Moments<N> {
         }
         let mut sums = self.total;
         sums.add(&self.block);
-        let n = self.weight + self.in_block as f32;
+        let n = self.weight();
         let mean: [f32; N] = {
             let mut mean = self.shift;
             for (m, sum) in mean.iter_mut().zip(sums.first) {
@@ -256,18 +262,17 @@ impl<const N: usize> Moments<N> {
             }
             mean
         };
-        let mut covariance = SMatrix::<f32, N, N>::zeros();
-        for (i, (row, s_i)) in sums.second.iter().zip(sums.first).enumerate() {
-            for (j, (product, s_j)) in row.iter().zip(sums.first).take(i + 1).enumerate() {
+        let (per_n, per_n_less_one) = (1.0 / n, 1.0 / (n - 1.0));
+        let mut lower = sums.second;
+        for (row, s_i) in lower.iter_mut().zip(sums.first) {
+            for (product, s_j) in row.iter_mut().zip(sums.first) {
                 // The paper prints cov(X) as X'X; the covariance of a sample divides by n - 1.
-                let value = (product - s_i * s_j / n) / (n - 1.0);
-                for place in [(i, j), (j, i)] {
-                    if let Some(cell) = covariance.get_mut(place) {
-                        *cell = value;
-                    }
-                }
+                *product = (*product - s_i * s_j * per_n) * per_n_less_one;
             }
         }
+        // Its rows are columns to the matrix, so the lower triangle comes to lie above the diagonal.
+        let mut covariance = SMatrix::<f32, N, N>::from(lower);
+        covariance.fill_lower_triangle_with_upper_triangle();
         let diagonal = covariance.diagonal();
         let of_channels = || diagonal.iter().zip(mean).enumerate().map(|(i, (v, m))| (Channel::at(i), v, m));
         for (channel, variance, m) in of_channels() {
@@ -295,15 +300,17 @@ impl<const N: usize> Statistics<N> {
     /// The correlation matrix: the covariance of the standardized channels (1.7). Its diagonal is exactly one.
     #[must_use]
     pub fn correlation(&self) -> SMatrix<f32, N, N> {
-        let sigma = self.sigma();
-        let mut correlation = self.covariance;
-        for ((i, mut column), s_j) in correlation.column_iter_mut().enumerate().zip(sigma.iter()) {
-            for ((j, cell), s_i) in column.iter_mut().enumerate().zip(sigma.iter()) {
-                // Dividing one after the other cannot underflow where the product of two small sigmas would.
-                *cell = if i == j { 1.0 } else { (*cell / s_i / s_j).clamp(-1.0, 1.0) };
+        // Arrays: nalgebra's iterators over a matrix of three take ten times the code.
+        let (mut columns, sigma): (_, [f32; N]) = (self.covariance.data.0, self.sigma().into());
+        for (j, (column, s_j)) in columns.iter_mut().zip(sigma).enumerate() {
+            for (i, (cell, s_i)) in column.iter_mut().zip(sigma).enumerate() {
+                // Dividing one after the other cannot underflow where the product of two small sigmas would; always in
+                // the same order, so that the matrix is symmetric.
+                let (first, second) = if i > j { (s_i, s_j) } else { (s_j, s_i) };
+                *cell = if i == j { 1.0 } else { (*cell / first / second).clamp(-1.0, 1.0) };
             }
         }
-        correlation
+        SMatrix::from(columns)
     }
 }
 

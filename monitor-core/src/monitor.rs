@@ -95,7 +95,8 @@ impl From<GateError> for ConfigError {
 /// Where the monitor stands; each phase owns what it moves, so a monitor is as large as its largest phase.
 #[derive(Clone, Copy, Debug)]
 enum Stage<S: Smoother> {
-    Settling,
+    /// With the running mean of what was read while the loop settled, from which learning takes its deviations.
+    Settling(Option<[f32; 3]>),
     Learning(Moments<3>),
     ModelDue(Moments<3>),
     Monitoring(Detector<S>),
@@ -163,7 +164,7 @@ impl<S: Smoother> Monitor<S> {
             gate_state: gate.unknown(),
             gate,
             chain: Chain { smoother, relays: Bank { full: full?, pairs } },
-            stage: Stage::Settling,
+            stage: Stage::Settling(None),
             settling: Settling::Start,
             learn_slots,
             share: ExplainedShare::new(config.explained_share)?,
@@ -199,6 +200,15 @@ impl<S: Smoother> Monitor<S> {
     /// and relays as they were: only time passes. While the set point holds, the work does not depend on the readings.
     #[inline]
     pub fn step_channels(&mut self, set_point: f32, x: [f32; 3]) -> &Verdict {
+        let [a, b, c] = x;
+        self.slot(set_point, a, b, c)
+    }
+
+    /// One slot of the sampling clock. Once in flash, whoever calls it, so that what is audited is what flies; readings
+    /// come one by one because an array would have to pass through memory.
+    #[inline(never)]
+    fn slot(&mut self, set_point: f32, a: f32, b: f32, c: f32) -> &Verdict {
+        let x = [a, b, c];
         self.verdict.sample = self.verdict.sample.wrapping_add(1);
         self.verdict.readings = x;
         if let Stage::Monitoring(detector) = &mut self.stage
@@ -230,48 +240,45 @@ impl<S: Smoother> Monitor<S> {
         let held = !measurable(x);
         let slot = if held { Slot::Unfit } else { Slot::Taken };
         self.verdict.standing = self.verdict.standing.with(slot);
+        if !set_point.is_finite() {
+            self.verdict.standing = self.verdict.standing.with(Slot::SetPointNonFinite);
+            return;
+        }
+        match self.gate.step(&mut self.gate_state, set_point) {
+            Gate::Changed => self.settle(),
+            Gate::Settling => {}
+            Gate::Open => self.open(held, x),
+        }
         match &mut self.stage {
-            Stage::Learning(window) if window.slots() > 0 && self.gate.holds(&self.gate_state, set_point) => {
+            Stage::Settling(mean) if !held => *mean = Some(mean.map_or(x, |mean| follow(mean, x))),
+            Stage::Learning(window) => {
                 window.push_unless(held, x);
                 if window.slots() >= self.learn_slots {
                     self.stage = Stage::ModelDue(*window);
                 }
             }
-            _ if set_point.is_finite() => self.between(set_point, held, x),
-            _ => self.verdict.standing = self.verdict.standing.with(Slot::SetPointNonFinite),
+            _ => {}
         }
         self.verdict.phase = self.phase();
-    }
-
-    /// Whatever is not routine: the monitor settles, a window begins or waits for its model, the set point has moved.
-    fn between(&mut self, set_point: f32, held: bool, x: [f32; 3]) {
-        match self.gate.step(&mut self.gate_state, set_point) {
-            Gate::Changed => self.settle(),
-            Gate::Settling => {}
-            Gate::Open => self.open(),
-        }
-        // A window begins with a sample that is fit: deviations are taken from it.
-        if let Stage::Learning(window) = &mut self.stage
-            && !held
-        {
-            window.push(x);
-        }
     }
 
     /// The set point has moved: whatever was learned or stood is void.
     fn settle(&mut self) {
         // A set point that moves while the monitor still settles does not change why it settles.
-        if !matches!(self.stage, Stage::Settling) {
+        if !matches!(self.stage, Stage::Settling(_)) {
             self.settling = Settling::SetPointChanged;
         }
-        self.stage = Stage::Settling;
+        self.stage = Stage::Settling(None);
         self.verdict.standing = self.verdict.standing.without_relays();
     }
 
-    /// The set point has been constant for long enough.
-    fn open(&mut self) {
-        if let Stage::Settling = self.stage {
-            self.stage = Stage::Learning(Moments::default());
+    /// The set point has been constant for long enough. Where nothing has been read meanwhile, a window waits for the first
+    /// sample that is fit.
+    fn open(&mut self, held: bool, x: [f32; 3]) {
+        if let Stage::Settling(mean) = self.stage
+            && let Some(shift) = mean.or((!held).then_some(x))
+        {
+            self.stage = Stage::Learning(Moments::around(shift));
         }
     }
 
@@ -290,10 +297,10 @@ impl<S: Smoother> Monitor<S> {
     /// Hands in what was made of the learning window. Returns whether the monitor was waiting for it: if the set point
     /// has changed meanwhile, the baseline is of no use and is ignored.
     pub fn install(&mut self, learned: Result<Baseline, LearnError>) -> bool {
-        let Stage::ModelDue(_) = self.stage else { return false };
+        let Stage::ModelDue(window) = self.stage else { return false };
         match learned {
             Ok(baseline) => self.judge_by(baseline),
-            Err(error) => (self.stage, self.refused) = (Stage::Learning(Moments::default()), Some(error)),
+            Err(error) => (self.stage, self.refused) = (Stage::Learning(Moments::around(window.shift())), Some(error)),
         }
         true
     }
@@ -355,12 +362,18 @@ impl<S: Smoother> Monitor<S> {
 
     fn phase(&self) -> Phase {
         match &self.stage {
-            Stage::Settling => Phase::Settling(self.settling),
+            Stage::Settling(_) => Phase::Settling(self.settling),
             Stage::Learning(_) => Phase::Learning,
             Stage::ModelDue(_) => Phase::ModelDue,
             Stage::Monitoring(_) => Phase::Monitoring,
         }
     }
+}
+
+/// A running mean over the last sixteen readings or so.
+fn follow(mean: [f32; 3], x: [f32; 3]) -> [f32; 3] {
+    let ([m1, m2, m3], [x1, x2, x3]) = (mean, x);
+    [m1 + 0.0625 * (x1 - m1), m2 + 0.0625 * (x2 - m2), m3 + 0.0625 * (x3 - m3)]
 }
 
 /// Whether all three readings are finite and of a size that sensors measure, in any unit. No branch, as in the detector.

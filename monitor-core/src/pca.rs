@@ -78,12 +78,18 @@ impl<const N: usize> Pca<N> {
         eigenvalues: SVector<f32, N>,
         share: ExplainedShare,
     ) -> Self {
-        let mut pca = Pca { loadings, eigenvalues, retained: N as u8 };
-        // The smallest l whose cumulative share reaches the criterion; all of them when rounding keeps 100 % away.
-        if let Some(last) = pca.cumulative().iter().position(|s| *s >= share.get()) {
-            pca.retained = last as u8 + 1;
+        let variances = eigenvalues.data.0.as_flattened();
+        // An eigenvalue of zero may come out a rounding below zero.
+        let total: f32 = variances.iter().map(|v| v.max(0.0)).sum();
+        // (1.3): the smallest l whose cumulative share reaches the criterion; all of them when rounding keeps 100 % away.
+        let (mut sum, mut retained) = (0.0, 0);
+        for variance in variances {
+            if retained == 0 || sum < share.get() * total {
+                retained += 1;
+            }
+            sum += variance.max(0.0);
         }
-        pca
+        Pca { loadings, eigenvalues, retained }
     }
 
     /// Directions of the components, one a column (N x N, orthonormal).

@@ -27,6 +27,7 @@ impl Relay {
     ///
     /// # Errors
     /// [`RelayError`] names the parameter that is out of range.
+    #[inline(never)] // once in flash for the four of a monitor
     pub fn new(threshold: f32, hysteresis: f32) -> Result<Self, RelayError> {
         if !(threshold > 0.0 && threshold.is_finite()) {
             return Err(RelayError::Threshold);

@@ -169,17 +169,33 @@ fn a_learning_window_is_as_long_as_it_should_be_and_learns_from_the_fit_samples_
     let hole = |k: u64| (100..120).contains(&k) || k == 50 || k == 549;
     let sample = |k| if hole(k) { with(healthy(k), Channel::Speed, f32::NAN) } else { healthy(k) };
     let mut monitor = Monitor::new(&config()).unwrap();
-    let phases = fly(&mut monitor, (0..551).map(|k| (SET_POINT, sample(k)))).into_iter().map(|v| v.phase());
-    // The window begins with the first fit sample, one later than it would have: 51..=550.
-    assert_eq!(phases.skip(549).collect::<Vec<_>>(), [Phase::Learning, Phase::ModelDue]);
+    let phases = fly(&mut monitor, (0..550).map(|k| (SET_POINT, sample(k)))).into_iter().map(|v| v.phase());
+    assert_eq!(phases.skip(548).collect::<Vec<_>>(), [Phase::Learning, Phase::ModelDue]); // 500 slots, 50..=549
     let mut fit = Moments::<3>::default();
-    (51..551).filter(|k| !hole(*k)).for_each(|k| fit.push(healthy(k)));
+    (51..549).filter(|k| !hole(*k)).for_each(|k| fit.push(healthy(k)));
     let (expected, found) = (fit.statistics().unwrap(), monitor.baseline().unwrap().stored());
-    assert_eq!(found.samples, 479);
+    assert_eq!(found.samples, 478);
     for channel in 0..3 {
         assert!((found.mean[channel] - expected.mean[channel]).abs() < 1e-4);
         assert!((found.sigma[channel] / expected.sigma()[channel] - 1.0).abs() < 1e-4);
     }
+}
+
+#[test]
+fn a_wild_first_sample_of_a_window_costs_no_digits_and_without_settling_a_window_waits_for_a_fit_one() {
+    let wild = |k| if k == 50 { with(healthy(k), Channel::Speed, 1e4) } else { healthy(k) };
+    let mut monitor = Monitor::new(&Config { learn_s: 10.0, ..config() }).unwrap();
+    fly(&mut monitor, (0..10_050).map(|k| (SET_POINT, wild(k))));
+    let exact = 1e4 / 10_000_f64.sqrt(); // the spike alone, by far
+    assert!((f64::from(monitor.baseline().unwrap().sigma()[0]) / exact - 1.0).abs() < 1e-3);
+    assert!((monitor.baseline().unwrap().sigma()[1] / 0.0173 - 1.0).abs() < 0.02);
+
+    let mut monitor = Monitor::new(&Config { settle_s: 0.0, ..config() }).unwrap();
+    let hole = |k| if k < 10 { [f32::NAN; 3] } else { healthy(k) };
+    let phases: Vec<Phase> =
+        fly(&mut monitor, (0..511).map(|k| (SET_POINT, hole(k)))).iter().map(Verdict::phase).collect();
+    assert_eq!(phases[9], Phase::Settling(Settling::Start));
+    assert_eq!((phases[10], phases[508], phases[509]), (Phase::Learning, Phase::Learning, Phase::ModelDue));
 }
 
 #[test]
