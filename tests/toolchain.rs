@@ -37,6 +37,14 @@ pub fn workspace() -> PathBuf {
 /// # Errors
 /// What is missing or went wrong, and what helps.
 pub fn build(binary: &str) -> Result<PathBuf, String> {
+    build_with(binary, "board-qemu", &[])
+}
+
+/// The same with other features, and with object files that the linker takes in.
+///
+/// # Errors
+/// See [`build`].
+pub fn build_with(binary: &str, features: &str, objects: &[PathBuf]) -> Result<PathBuf, String> {
     let toolchain = find()?;
     // A directory of its own: the outer cargo holds the lock of the other one.
     let directory = workspace().join("target/firmware");
@@ -50,13 +58,15 @@ pub fn build(binary: &str) -> Result<PathBuf, String> {
         .env("RUSTC", &toolchain.rustc)
         .env("RUSTFLAGS", flags)
         .env("DEFMT_LOG", "info")
-        .args(["build", "--release", "--locked", "-p", "firmware-stub", "--features", "board-qemu", "--bin", binary])
+        .args(["rustc", "--release", "--locked", "-p", "firmware-stub", "--features", features, "--bin", binary])
         .args(["--target", TARGET, "--target-dir"])
         .arg(&directory);
     if toolchain.build_std {
         // Building `core` is a nightly feature of cargo; the bootstrap switch is how a distribution's compiler allows it.
         command.env("RUSTC_BOOTSTRAP", "1").arg("-Zbuild-std=core");
     }
+    // Of the binary alone: a flag for all crates would build every one of them again.
+    command.arg("--").args(objects.iter().map(|object| format!("-Clink-arg={}", object.display())));
     let output = run(&mut command)?;
     if !output.status.success() {
         return Err(format!("the firmware does not build:\n{}", String::from_utf8_lossy(&output.stderr)));
@@ -78,6 +88,19 @@ pub enum Board {
 /// # Errors
 /// What is missing, or what the board said when its exit code was not zero.
 pub fn emulate(board: Board, elf: &Path, directory: &Path) -> Result<Vec<u8>, String> {
+    let mut command = emulator(board, elf, directory);
+    let output =
+        run(&mut command).map_err(|error| format!("{error}; install it with: apt-get install qemu-system-arm"))?;
+    if output.status.success() {
+        return Ok(output.stdout);
+    }
+    let said = [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned()).concat();
+    Err(format!("the board left with {}: {said}", output.status))
+}
+
+/// The command that runs an ELF file on an emulated board, its files in `directory`.
+#[must_use]
+pub fn emulator(board: Board, elf: &Path, directory: &Path) -> Command {
     let (machine, core) = match board {
         Board::CortexM4 => ("mps2-an386", "cortex-m4"),
         Board::CortexM7 => ("mps2-an500", "cortex-m7"),
@@ -88,13 +111,26 @@ pub fn emulate(board: Board, elf: &Path, directory: &Path) -> Result<Vec<u8>, St
         .args(["-machine", machine, "-cpu", core, "-nographic", "-monitor", "none", "-serial", "none"])
         .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
         .arg(elf);
-    let output =
-        run(&mut command).map_err(|error| format!("{error}; install it with: apt-get install qemu-system-arm"))?;
-    if output.status.success() {
-        return Ok(output.stdout);
+    command
+}
+
+/// Compiles a file of C for the target; none when the compiler is not installed.
+///
+/// # Errors
+/// What the compiler says.
+pub fn compile_c(source: &Path) -> Result<Option<PathBuf>, String> {
+    let object = workspace().join("target/firmware").join(source.file_name().unwrap_or_default()).with_extension("o");
+    std::fs::create_dir_all(workspace().join("target/firmware")).map_err(|error| error.to_string())?;
+    let mut command = clean(Path::new("arm-none-eabi-gcc"));
+    command
+        .args(["-std=c11", "-Wall", "-Wextra", "-Werror", "-ffreestanding", "-O3"])
+        .args(["-mcpu=cortex-m4", "-mthumb", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard", "-c", "-o"])
+        .args([&object, source]);
+    let Ok(output) = command.output() else { return Ok(None) };
+    if !output.status.success() {
+        return Err(format!("{} does not compile:\n{}", source.display(), String::from_utf8_lossy(&output.stderr)));
     }
-    let said = [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned()).concat();
-    Err(format!("the board left with {}: {said}", output.status))
+    Ok(Some(object))
 }
 
 /// The lines that `defmt` frames of a firmware say.

@@ -7,6 +7,7 @@
 
 #![no_std]
 
+pub mod kernels;
 pub mod record;
 #[cfg(feature = "defmt")]
 pub mod report;
