@@ -10,3 +10,6 @@ pub mod code;
 pub mod control_flow;
 pub mod stack;
 pub mod forbidden;
+pub mod trace;
+pub mod cycles;
+pub mod taint;
