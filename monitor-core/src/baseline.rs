@@ -7,7 +7,6 @@ use nalgebra::{Matrix2, SMatrix, SVector};
 use crate::hotelling::Model;
 use crate::moments::{LearnError, Moments};
 use crate::pca::{ExplainedShare, Pca, PcaError};
-use crate::range::Range;
 use crate::sample::{Bank, Channel, ModelId, Pair, PerPair};
 
 /// How far stored loadings may be from orthonormal, and stored eigenvalues from a total of three: four decimals.
@@ -18,7 +17,7 @@ const STORED_TOLERANCE: f32 = 1e-3;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum BaselineError {
-    /// The mean of a channel is not a number that can be measured ([`Range::WIDE`]).
+    /// The mean of a channel is not finite.
     Mean(Channel),
     /// The sigma of a channel is not a finite number above zero.
     Sigma(Channel),
@@ -84,7 +83,7 @@ impl Baseline {
     pub fn from_stored(stored: &Stored, share: ExplainedShare) -> Result<Self, BaselineError> {
         for (position, (mean, sigma)) in stored.mean.into_iter().zip(stored.sigma).enumerate() {
             let channel = Channel::at(position);
-            if !(mean.abs() <= Range::WIDE.high) {
+            if !mean.is_finite() {
                 return Err(BaselineError::Mean(channel));
             }
             if !(sigma > 0.0 && sigma.is_finite()) {
@@ -221,22 +220,6 @@ impl Baseline {
     pub fn contributions(&self, sample: [f32; 3]) -> [f32; 3] {
         let ([d1, d2, d3], [s1, s2, s3]) = (self.deviation(sample), self.sigma);
         self.full.contributions([d1 / s1, d2 / s2, d3 / s3])
-    }
-
-    /// The same baseline for samples within `ranges`: no T2 of such a sample comes near the largest `f32`.
-    pub(crate) fn within(mut self, ranges: &[Range; 3]) -> Self {
-        let mut reach = [0.0; 3];
-        for ((reach, range), mean) in reach.iter_mut().zip(ranges).zip(self.mean) {
-            *reach = f32::max((range.high - mean).abs(), (range.low - mean).abs());
-        }
-        let pair = |pair: Pair, model: Model<2>| model.within(pair.of(reach));
-        self.full = self.full.within(reach);
-        self.pairs = PerPair {
-            speed_current: pair(Pair::SpeedCurrent, self.pairs.speed_current),
-            current_voltage: pair(Pair::CurrentVoltage, self.pairs.current_voltage),
-            speed_voltage: pair(Pair::SpeedVoltage, self.pairs.speed_voltage),
-        };
-        self
     }
 }
 

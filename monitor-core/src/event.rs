@@ -8,7 +8,7 @@ use heapless::Deque;
 use crate::localize::Diagnosis;
 use crate::moments::LearnError;
 use crate::sample::ModelId;
-use crate::verdict::{Phase, Up, Verdict};
+use crate::verdict::{Phase, Standing, Verdict};
 
 /// What happened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,14 +46,14 @@ pub const EVENTS_PER_VERDICT: usize = 7;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Watch {
     phase: Option<Phase>,
-    up: Up,
+    standing: Standing,
 }
 
 impl Watch {
     /// Compares a verdict with the one before it and hands over what changed. Give it every verdict in turn.
     #[inline]
     pub fn observe(&mut self, verdict: &Verdict, event: impl FnMut(Event)) {
-        if self.phase != Some(verdict.phase()) || self.up != verdict.up {
+        if self.phase != Some(verdict.phase()) || self.standing.relays() != verdict.relays() {
             self.changed(verdict, event);
         }
     }
@@ -65,13 +65,13 @@ impl Watch {
             push(EventKind::Phase(verdict.phase()));
         }
         for model in ModelId::ALL {
-            match (self.up.bank().get(model), verdict.relays().get(model)) {
+            match (self.standing.relays().get(model), verdict.relays().get(model)) {
                 (false, true) => push(EventKind::RelayUp(model)),
                 (true, false) => push(EventKind::RelayDown(model)),
                 _ => {}
             }
         }
-        let (before, now) = (self.up.diagnosis(), verdict.diagnosis());
+        let (before, now) = (self.standing.diagnosis(), verdict.diagnosis());
         if before != now {
             if before != Diagnosis::Healthy {
                 push(EventKind::Cleared(before));
@@ -80,7 +80,7 @@ impl Watch {
                 push(EventKind::Located(now));
             }
         }
-        *self = Watch { phase: Some(verdict.phase()), up: verdict.up };
+        *self = Watch { phase: Some(verdict.phase()), standing: verdict.standing };
     }
 }
 
@@ -139,14 +139,15 @@ mod tests {
     use crate::localize::Fault;
     use crate::sample::ModelId::{Full, Pair};
     use crate::sample::Pair::{CurrentVoltage, SpeedVoltage};
+    use crate::verdict::Slot;
 
     fn verdict(sample: u64, phase: Phase) -> Verdict {
         Verdict { sample, phase, ..Verdict::default() }
     }
 
-    /// Relays as in [`Up`]: full model, r1, r2, r3 from the lowest bit.
+    /// Relays as in [`Standing`]: full model, r1, r2, r3 from the lowest bit.
     fn alarm(sample: u64, up: u32) -> Verdict {
-        Verdict { up: Up(up), ..verdict(sample, Phase::Monitoring) }
+        Verdict { standing: Standing::new(up, Slot::Taken), ..verdict(sample, Phase::Monitoring) }
     }
 
     #[test]

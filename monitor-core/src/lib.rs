@@ -31,6 +31,6 @@ pub use baseline::Baseline;
 pub use event::EventLog;
 pub use localize::{Diagnosis, Fault};
 pub use monitor::{Config, Monitor};
-pub use range::Range;
+pub use range::{Range, Ranges};
 pub use sample::{Bank, Sample};
 pub use verdict::{Phase, Verdict};

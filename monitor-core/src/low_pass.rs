@@ -5,6 +5,7 @@
 //! 5e-5 of the sampling rate the DC gain is wrong by more than half. The delta form keeps the small coefficients
 //! themselves and adds differences to its states (Kauraniemi, Laakso, Hartimo, Ovaska, IEEE TCAS-II 45(1), 1998).
 
+use crate::sample::Bank;
 use crate::smoother::Smoother;
 
 /// Why a filter was refused.
@@ -79,16 +80,24 @@ impl Smoother for LowPass {
     }
 
     #[inline(always)]
-    fn step_if(&self, live: bool, state: &mut LowPassState, input: f32) -> f32 {
-        // Every increment has a coefficient, so that zeros hold the state without a branch.
-        let hold = |share: f32| if live { share } else { 0.0 };
-        LowPass { to_lag: hold(self.to_lag), to_base: hold(self.to_base), ..*self }.step(state, input)
+    fn step_bank(&self, held: bool, states: &mut Bank<LowPassState>, inputs: Bank<f32>) -> Bank<f32> {
+        // Every increment has a factor, so zeros hold the states without a branch.
+        let to_lag = if held { 0.0 } else { self.to_lag };
+        let to_base = if held { 0.0 } else { self.to_base };
+        let (base, lag) = (states.map(|state| state.base), states.map(|state| state.lag));
+        let outputs = base + inputs * self.direct;
+        let lag = lag + (inputs - outputs) * to_lag;
+        states.update(lag, |state, lag| state.lag = lag);
+        let base = base + (lag - outputs) * to_base;
+        states.update(base, |state, base| state.base = base);
+        outputs
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sample::ModelId;
     use proptest::prelude::*;
 
     extern crate std;
@@ -178,6 +187,35 @@ mod tests {
         ] {
             assert_eq!(LowPass::butterworth(cutoff, rate), Err(LowPassError::Cutoff), "{cutoff} of {rate}");
         }
+    }
+
+    #[test]
+    fn four_states_side_by_side_move_as_each_does_alone_and_stand_still_while_held() {
+        let filter = LowPass::butterworth(20.0, 1000.0).unwrap();
+        let mut bank = Bank::from_fn(|_| filter.at_rest(1.0));
+        let mut alone = bank;
+        for k in 0..500 {
+            let inputs = Bank::from_fn(|model| 1.0 + libm::sinf(k as f32 * (1.0 + *starts().get(model))));
+            let before = bank;
+            filter.step_bank(true, &mut bank, inputs);
+            assert_eq!(bank, before);
+            let outputs = filter.step_bank(false, &mut bank, inputs);
+            let expected = [
+                filter.step(&mut alone.full, inputs.full),
+                filter.step(&mut alone.pairs.speed_current, inputs.pairs.speed_current),
+                filter.step(&mut alone.pairs.current_voltage, inputs.pairs.current_voltage),
+                filter.step(&mut alone.pairs.speed_voltage, inputs.pairs.speed_voltage),
+            ];
+            assert_eq!(ModelId::ALL.map(|model| *outputs.get(model)), expected);
+        }
+    }
+
+    fn starts() -> Bank<f32> {
+        let mut next = 0.0;
+        Bank::from_fn(|_| {
+            next += 0.1;
+            next
+        })
     }
 
     proptest! {

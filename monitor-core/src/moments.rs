@@ -103,17 +103,17 @@ impl<const N: usize> Moments<N> {
     /// window and names the channel.
     #[inline(always)]
     pub fn push(&mut self, x: [f32; N]) {
-        self.push_if(true, x);
+        self.push_unless(false, x);
     }
 
-    /// As [`Moments::push`] when `live`; otherwise the slot goes by without a sample, with the same work. The first
-    /// slot of a window must be live.
+    /// As [`Moments::push`] unless `held`: then the slot goes by without a sample, with the same work. The first slot of
+    /// a window must not be.
     #[inline(always)]
-    pub(crate) fn push_if(&mut self, live: bool, x: [f32; N]) {
+    pub(crate) fn push_unless(&mut self, held: bool, x: [f32; N]) {
         if self.slots == 0 {
             self.shift = x;
         }
-        let deviation = difference(x, self.shift).map(|d| if live { d } else { 0.0 });
+        let deviation = difference(x, self.shift).map(|d| if held { 0.0 } else { d });
         for (i, (sum, d_i)) in self.block.first.iter_mut().zip(deviation).enumerate() {
             *sum += d_i;
             if let Some(row) = self.block.second.get_mut(i) {
@@ -122,7 +122,7 @@ impl<const N: usize> Moments<N> {
                 }
             }
         }
-        self.taken += u32::from(live);
+        self.taken += u32::from(!held);
         self.slots += 1;
         if self.slots.is_multiple_of(BLOCK) {
             self.merge_block();

@@ -5,13 +5,12 @@ use crate::detector::{Chain, Detector};
 use crate::low_pass::{LowPass, LowPassError};
 use crate::moments::{LearnError, Moments};
 use crate::pca::{ExplainedShare, PcaError};
-use crate::range::{Doors, Look, Range};
 use crate::relay::{Relay, RelayError};
-use crate::sample::{Bank, Channel, ModelId, PerPair, Sample};
+use crate::sample::{Bank, ModelId, PerPair, Sample};
 use crate::set_point::{Gate, GateError, GateState, SetPointGate};
 use crate::smoother::Smoother;
 use crate::units::RadPerSec;
-use crate::verdict::{Absence, Phase, Settling, Slot, Up, Verdict};
+use crate::verdict::{Absence, Phase, Settling, Slot, Verdict};
 
 /// Settings of a monitor. All of them are fixed before the first sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,14 +31,11 @@ pub struct Config {
     pub thresholds: Bank<f32>,
     /// How far below its threshold a residual must fall to bring its relay down, as a share of it, in [0, 1).
     pub hysteresis: f32,
-    /// What each channel can credibly read, in its unit: the ends of its converter.
-    pub range: [Range; 3],
 }
 
 impl Config {
     /// The paper's settings for a sampling rate: 5 s to settle, 15 s to learn, 80 % explained variance, residuals
-    /// smoothed at 1 Hz. The thresholds are found for each motor by borderline runs (III.B). Ranges are as wide as they can
-    /// be: a board gives those of its converters.
+    /// smoothed at 1 Hz. The thresholds are found for each motor by borderline runs (III.B).
     #[must_use]
     pub const fn paper(sample_rate_hz: f32, thresholds: Bank<f32>) -> Self {
         Config {
@@ -51,7 +47,6 @@ impl Config {
             cutoff_hz: 1.0,
             thresholds,
             hysteresis: 0.1,
-            range: [Range::WIDE; 3],
         }
     }
 }
@@ -77,8 +72,6 @@ pub enum ConfigError {
     Threshold(ModelId),
     /// The hysteresis must lie in [0, 1).
     Hysteresis,
-    /// The range of this channel must ascend and lie within [`Range::WIDE`].
-    Range(Channel),
 }
 
 impl From<PcaError> for ConfigError {
@@ -113,19 +106,18 @@ enum Stage<S: Smoother> {
 /// `S` smooths the residuals: the Butterworth [`LowPass`] by default, or a
 /// [`MovingAverage`](crate::moving_average::MovingAverage).
 #[derive(Clone, Debug)]
+#[repr(C)] // In this order: what every sample touches comes first, where short instructions reach it.
 pub struct Monitor<S: Smoother = LowPass> {
-    // What every sample touches comes first, where one instruction reaches it.
-    next_sample: u64,
+    /// On the last sample; each step brings it up to date in place.
+    verdict: Verdict,
     gate_state: GateState,
     gate: SetPointGate,
-    doors: Doors,
     chain: Chain<S>,
     stage: Stage<S>,
     settling: Settling,
     learn_slots: u32,
     share: ExplainedShare,
     refused: Option<LearnError>,
-    ranges: [Range; 3],
 }
 
 impl Monitor {
@@ -166,17 +158,16 @@ impl<S: Smoother> Monitor<S> {
         let pairs =
             PerPair { speed_current: speed_current?, current_voltage: current_voltage?, speed_voltage: speed_voltage? };
         Ok(Monitor {
-            next_sample: 0,
+            // The first sample has index zero.
+            verdict: Verdict { sample: u64::MAX, ..Verdict::default() },
             gate_state: gate.unknown(),
             gate,
-            doors: Doors::new(&config.range).map_err(ConfigError::Range)?,
             chain: Chain { smoother, relays: Bank { full: full?, pairs } },
             stage: Stage::Settling,
             settling: Settling::Start,
             learn_slots,
             share: ExplainedShare::new(config.explained_share)?,
             refused: None,
-            ranges: config.range,
         })
     }
 
@@ -184,63 +175,76 @@ impl<S: Smoother> Monitor<S> {
     #[must_use]
     pub fn starting_from(mut self, baseline: Baseline, set_point: f32) -> Self {
         self.gate_state = self.gate.open_at(set_point);
-        self.stage = self.judging_by(baseline);
+        self.judge_by(baseline);
         self
     }
 
-    fn judging_by(&self, baseline: Baseline) -> Stage<S> {
-        Stage::Monitoring(Detector::new(baseline, &self.chain.smoother, &self.ranges))
+    /// Judges from the next sample on.
+    fn judge_by(&mut self, baseline: Baseline) {
+        self.stage = Stage::Monitoring(Detector::new(baseline, &self.chain.smoother));
+        self.verdict.phase = Phase::Monitoring;
+        self.refused = None;
     }
 
-    /// Takes one sample of the motor and says what is wrong, if anything is.
+    /// Takes one sample of the motor and says what is wrong, if anything is. The verdict is the monitor's own: copy what
+    /// outlives the next step.
     #[inline]
-    pub fn step(&mut self, set_point: RadPerSec, sample: Sample) -> Verdict {
+    pub fn step(&mut self, set_point: RadPerSec, sample: Sample) -> &Verdict {
         self.step_channels(set_point.0, sample.into())
     }
 
     /// The same for any three channels: positions 0, 1 and 2 stand where speed, current and voltage do.
     ///
-    /// Never fails, never allocates. A sample that is not finite or out of range is reported and leaves model, filters
-    /// and relays as they were: only time passes. While the set point holds, the work does not depend on the sample.
+    /// Never fails, never allocates. A reading that is not a number or out of range is reported and leaves model, filters
+    /// and relays as they were: only time passes. While the set point holds, the work does not depend on the readings.
     #[inline]
-    pub fn step_channels(&mut self, set_point: f32, x: [f32; 3]) -> Verdict {
-        self.slot(set_point, self.doors.look(x), x)
+    pub fn step_channels(&mut self, set_point: f32, x: [f32; 3]) -> &Verdict {
+        self.verdict.sample = self.verdict.sample.wrapping_add(1);
+        self.verdict.readings = x;
+        if let Stage::Monitoring(detector) = &mut self.stage
+            && self.gate.holds(&self.gate_state, set_point)
+        {
+            detector.step(&self.chain, x, &mut self.verdict);
+        } else {
+            self.before_judging(set_point);
+        }
+        &self.verdict
     }
 
     /// Lets a slot of the sampling clock go by that has no sample of its own, and says so.
-    pub fn skip(&mut self, why: Absence) -> Verdict {
-        let verdict = self.slot(self.gate_state.reference(), Look::NOTHING, [0.0; 3]);
-        Verdict { slot: Slot::Absent(why), ..verdict }
+    pub fn skip(&mut self, why: Absence) -> &Verdict {
+        // No reading is no number.
+        self.step_channels(self.gate_state.reference(), [f32::NAN; 3]);
+        self.verdict.standing = self.verdict.standing.with(match why {
+            Absence::Late => Slot::Late,
+            Absence::Missing => Slot::Missing,
+        });
+        &self.verdict
     }
 
-    #[inline(always)]
-    fn slot(&mut self, set_point: f32, look: Look, x: [f32; 3]) -> Verdict {
-        let sample = self.next_sample;
-        self.next_sample = sample.wrapping_add(1);
+    /// A sample that no model judges: the monitor learns, or settles, or waits for its model, or the set point has moved.
+    #[cold]
+    #[inline(never)]
+    fn before_judging(&mut self, set_point: f32) {
+        let x = self.verdict.readings;
+        let held = !measurable(x);
+        let slot = if held { Slot::Unfit } else { Slot::Taken };
+        self.verdict.standing = self.verdict.standing.with(slot);
         match &mut self.stage {
-            Stage::Monitoring(detector) if self.gate.holds(&self.gate_state, set_point) => {
-                let residuals = detector.step(&self.chain, sample, look, x);
-                let (up, alarm_since) = (detector.up, detector.alarm_since);
-                Verdict { sample, alarm_since, residuals, up, look, slot: Slot::Sampled, phase: Phase::Monitoring }
-            }
             Stage::Learning(window) if window.slots() > 0 && self.gate.holds(&self.gate_state, set_point) => {
-                window.push_if(look.fit(), x);
+                window.push_unless(held, x);
                 if window.slots() >= self.learn_slots {
                     self.stage = Stage::ModelDue(*window);
                 }
-                self.unjudged(sample, look, Slot::Sampled)
             }
-            _ => self.between(sample, set_point, look, x),
+            _ if set_point.is_finite() => self.between(set_point, held, x),
+            _ => self.verdict.standing = self.verdict.standing.with(Slot::SetPointNonFinite),
         }
+        self.verdict.phase = self.phase();
     }
 
     /// Whatever is not routine: the monitor settles, a window begins or waits for its model, the set point has moved.
-    #[cold]
-    #[inline(never)]
-    fn between(&mut self, sample: u64, set_point: f32, look: Look, x: [f32; 3]) -> Verdict {
-        if !set_point.is_finite() {
-            return self.unjudged(sample, look, Slot::SetPointNonFinite);
-        }
+    fn between(&mut self, set_point: f32, held: bool, x: [f32; 3]) {
         match self.gate.step(&mut self.gate_state, set_point) {
             Gate::Changed => self.settle(),
             Gate::Settling => {}
@@ -248,11 +252,10 @@ impl<S: Smoother> Monitor<S> {
         }
         // A window begins with a sample that is fit: deviations are taken from it.
         if let Stage::Learning(window) = &mut self.stage
-            && look.fit()
+            && !held
         {
             window.push(x);
         }
-        self.unjudged(sample, look, Slot::Sampled)
     }
 
     /// The set point has moved: whatever was learned or stood is void.
@@ -262,6 +265,7 @@ impl<S: Smoother> Monitor<S> {
             self.settling = Settling::SetPointChanged;
         }
         self.stage = Stage::Settling;
+        self.verdict.standing = self.verdict.standing.without_relays();
     }
 
     /// The set point has been constant for long enough.
@@ -269,17 +273,6 @@ impl<S: Smoother> Monitor<S> {
         if let Stage::Settling = self.stage {
             self.stage = Stage::Learning(Moments::default());
         }
-    }
-
-    /// The verdict on a sample that no model has judged.
-    #[inline(always)]
-    fn unjudged(&self, sample: u64, look: Look, slot: Slot) -> Verdict {
-        // A set point that is no number leaves an alarm as it stands.
-        let (up, alarm_since) = match &self.stage {
-            Stage::Monitoring(detector) => (detector.up, detector.alarm_since),
-            _ => (Up::default(), 0),
-        };
-        Verdict { sample, alarm_since, residuals: Bank::default(), up, look, slot, phase: self.phase() }
     }
 
     /// The learning window, once it is complete and until a model is installed.
@@ -298,10 +291,10 @@ impl<S: Smoother> Monitor<S> {
     /// has changed meanwhile, the baseline is of no use and is ignored.
     pub fn install(&mut self, learned: Result<Baseline, LearnError>) -> bool {
         let Stage::ModelDue(_) = self.stage else { return false };
-        (self.stage, self.refused) = match learned {
-            Ok(baseline) => (self.judging_by(baseline), None),
-            Err(error) => (Stage::Learning(Moments::default()), Some(error)),
-        };
+        match learned {
+            Ok(baseline) => self.judge_by(baseline),
+            Err(error) => (self.stage, self.refused) = (Stage::Learning(Moments::default()), Some(error)),
+        }
         true
     }
 
@@ -313,8 +306,7 @@ impl<S: Smoother> Monitor<S> {
     pub fn recall(&mut self, baseline: Baseline) -> bool {
         let wanted = matches!(self.stage, Stage::Learning(_) | Stage::ModelDue(_));
         if wanted {
-            self.stage = self.judging_by(baseline);
-            self.refused = None;
+            self.judge_by(baseline);
         }
         wanted
     }
@@ -369,6 +361,13 @@ impl<S: Smoother> Monitor<S> {
             Stage::Monitoring(_) => Phase::Monitoring,
         }
     }
+}
+
+/// Whether all three readings are finite and of a size that sensors measure, in any unit. No branch, as in the detector.
+#[inline(always)]
+fn measurable(x: [f32; 3]) -> bool {
+    const LARGEST: f32 = 1e15;
+    x.map(|x| x.abs() <= LARGEST).iter().fold(true, |all, one| all & one)
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Moving average over an interval of samples: the alternative to the low-pass that the paper names (III.B).
 
+use crate::sample::{Bank, PerPair};
 use crate::smoother::Smoother;
 
 /// Why a moving average was refused.
@@ -67,8 +68,16 @@ impl<const CAPACITY: usize> Smoother for MovingAverage<CAPACITY> {
     }
 
     #[inline]
-    fn step_if(&self, live: bool, state: &mut Self::State, input: f32) -> f32 {
-        if live { self.step(state, input) } else { state.sum * self.reciprocal }
+    fn step_bank(&self, held: bool, states: &mut Bank<Self::State>, inputs: Bank<f32>) -> Bank<f32> {
+        let step = |state: &mut Self::State, input| if held { 0.0 } else { self.step(state, input) };
+        Bank {
+            full: step(&mut states.full, inputs.full),
+            pairs: PerPair {
+                speed_current: step(&mut states.pairs.speed_current, inputs.pairs.speed_current),
+                current_voltage: step(&mut states.pairs.current_voltage, inputs.pairs.current_voltage),
+                speed_voltage: step(&mut states.pairs.speed_voltage, inputs.pairs.speed_voltage),
+            },
+        }
     }
 }
 

@@ -15,7 +15,11 @@ pub enum RelayError {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Relay {
     on: f32,
-    off: f32,
+    /// The bits in which the level that brings the relay down differs from `on`.
+    ///
+    /// The level is then chosen by a mask. A choice between two numbers in memory, the compiler turns into a load from
+    /// an address that depends on the relay, and the path of a sample must not depend on what was measured.
+    to_off: u32,
 }
 
 impl Relay {
@@ -30,7 +34,8 @@ impl Relay {
         if !(0.0..1.0).contains(&hysteresis) {
             return Err(RelayError::Hysteresis);
         }
-        Ok(Relay { on: threshold, off: threshold * (1.0 - hysteresis) })
+        let off = threshold * (1.0 - hysteresis);
+        Ok(Relay { on: threshold, to_off: threshold.to_bits() ^ off.to_bits() })
     }
 
     /// The level above which the relay goes up.
@@ -39,11 +44,12 @@ impl Relay {
         self.on
     }
 
-    /// Takes one residual; returns whether the relay is up.
+    /// Takes one residual, which must be a number; returns whether the relay is up.
     #[inline(always)]
     pub fn step(&self, up: &mut bool, residual: f32) -> bool {
-        let level = if *up { self.off } else { self.on };
-        *up = residual > level;
+        let level = self.on.to_bits() ^ if *up { self.to_off } else { 0 };
+        // Bits of numbers above zero are ordered as the numbers are, and those of numbers below are below all of them.
+        *up = residual.to_bits().cast_signed() > level.cast_signed();
         *up
     }
 }
@@ -51,6 +57,7 @@ impl Relay {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     #[test]
     fn a_relay_holds_between_its_two_levels_and_switches_outside_them() {
@@ -61,19 +68,28 @@ mod tests {
     }
 
     #[test]
-    fn a_residual_that_is_not_a_number_brings_the_relay_down_rather_than_holding_an_alarm() {
-        let relay = Relay::new(2.0, 0.0).unwrap();
-        let mut up = true;
-        assert!(!relay.step(&mut up, f32::NAN));
-    }
-
-    #[test]
     fn levels_that_make_no_sense_are_refused_by_name() {
         for threshold in [0.0, -1.0, f32::NAN, f32::INFINITY] {
             assert_eq!(Relay::new(threshold, 0.1), Err(RelayError::Threshold));
         }
         for hysteresis in [-0.1, 1.0, f32::NAN] {
             assert_eq!(Relay::new(1.0, hysteresis), Err(RelayError::Hysteresis));
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_relay_compares_numbers_of_any_size_and_sign_by_their_bits_as_it_would_by_their_value(
+            threshold in any::<f32>(), residual in any::<f32>(), hysteresis in 0.0_f32..0.99, before in any::<bool>(),
+        ) {
+            let threshold = threshold.abs();
+            prop_assume!(threshold > 0.0 && threshold.is_finite() && residual.is_finite());
+            let relay = Relay::new(threshold, hysteresis).unwrap();
+            for residual in [residual, threshold, threshold * (1.0 - hysteresis), threshold.next_up(), -0.0, 0.0] {
+                let level = if before { threshold * (1.0 - hysteresis) } else { threshold };
+                let mut up = before;
+                prop_assert_eq!(relay.step(&mut up, residual), residual > level, "{} at {}", residual, level);
+            }
         }
     }
 }

@@ -1,5 +1,7 @@
 //! What smooths a residual: one frozen design, one state for each residual.
 
+use crate::sample::Bank;
+
 /// A smoother with a DC gain of one. The design is shared by all residuals; each has a state of its own.
 pub trait Smoother {
     /// The moving part.
@@ -11,7 +13,7 @@ pub trait Smoother {
     /// Takes one finite input, gives one output. Constant work.
     fn step(&self, state: &mut Self::State, input: f32) -> f32;
 
-    /// As [`Smoother::step`] when `live`; otherwise the same work on a state that stays as it is, and the output means
-    /// nothing.
-    fn step_if(&self, live: bool, state: &mut Self::State, input: f32) -> f32;
+    /// Takes one input for each of four states, gives four outputs. When `held` the states stay as they are, for the
+    /// same work, and the outputs mean nothing.
+    fn step_bank(&self, held: bool, states: &mut Bank<Self::State>, inputs: Bank<f32>) -> Bank<f32>;
 }

@@ -89,7 +89,7 @@ pub fn fly(
     let mut baseline = None;
     let mut index = 0;
     for measured in Plant::new(scenario, seed) {
-        let verdict = monitor.step(RadPerSec(measured.set_point as f32), sample(&measured));
+        let verdict = *monitor.step(RadPerSec(measured.set_point as f32), sample(&measured));
         log.observe(&verdict);
         events.extend(std::iter::from_fn(|| log.pop()));
         if verdict.phase() == Phase::ModelDue {

@@ -320,7 +320,7 @@ impl Replay {
             if row < start.row || log.ends_without_newline() {
                 judged.recording.push_signals(row, set_point, x);
             } else {
-                let verdict = monitor.step_channels(set_point as f32, reading.channels());
+                let verdict = *monitor.step_channels(set_point as f32, reading.channels());
                 if verdict.phase() == Phase::ModelDue
                     && let Err(error) = monitor.finish_learning()
                 {

@@ -231,7 +231,7 @@ fn fly(
     let mut samples = 0;
     for measured in Plant::new(scenario, seed) {
         for (k, monitor) in monitors.iter_mut().enumerate() {
-            let verdict = monitor.step(RadPerSec(measured.set_point as f32), sample(&measured));
+            let verdict = *monitor.step(RadPerSec(measured.set_point as f32), sample(&measured));
             if verdict.phase() == Phase::ModelDue {
                 let refused = |error| MissionError::Learning(ChannelNames::motor().explain_learning(error));
                 monitor.finish_learning().map_err(refused)?;

@@ -3,8 +3,9 @@
 //! What it cannot see: code that no symbol covers, and targets that are computed otherwise than by the branch tables
 //! `tbb` and `tbh`; those remain [`Flow::IndirectJump`] and whoever walks the code has to refuse them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
+use super::control_flow;
 use super::decode::{Decoder, Flow, Instruction, ItState};
 use super::image::{Function, Image};
 
@@ -32,7 +33,7 @@ impl CodeFunction {
 }
 
 /// The decoded program.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Code {
     /// Functions by their first address.
     pub functions: BTreeMap<u32, CodeFunction>,
@@ -40,6 +41,8 @@ pub struct Code {
     pub instructions: BTreeMap<u32, Instruction>,
     /// Targets of each branch table, by the address of its `tbb` or `tbh`.
     pub tables: BTreeMap<u32, Vec<u32>>,
+    /// First addresses of the functions that never return to their caller.
+    pub never_return: BTreeSet<u32>,
 }
 
 impl Code {
@@ -49,10 +52,11 @@ impl Code {
     /// Bytes that the mapping symbols call code and the decoder does not know, or a branch table that cannot be read.
     pub fn decode(image: &Image) -> Result<Self, String> {
         let decoder = Decoder::new()?;
-        let mut code = Code { functions: BTreeMap::new(), instructions: BTreeMap::new(), tables: BTreeMap::new() };
+        let mut code = Code::default();
         for function in image.functions() {
             code.add(image, &decoder, &function)?;
         }
+        code.never_return = control_flow::never_returning(&code);
         Ok(code)
     }
 
@@ -115,14 +119,12 @@ fn table(image: &Image, function: &Function<'_>, branch: &Instruction, entry: u3
         bytes.chunks_exact(entry as usize).map(|e| e.iter().rev().fold(0, |n, byte| n << 8 | u32::from(*byte)));
     let mut targets: Vec<u32> = entries.map(|halfwords| start + 2 * halfwords).collect();
     let leads_somewhere = |target: &u32| (end..function.end).contains(target) && image.is_code(*target);
-    // Filled up to a whole word, at most: one byte, and a `nop`.
-    let filler = 4 / entry - 1;
-    for _ in 0..filler {
-        targets.pop_if(|last| !leads_somewhere(last));
-    }
-    if targets.is_empty() || !targets.iter().all(leads_somewhere) {
+    // What stands behind the last entry fills up to a whole word: at most a byte and a `nop`.
+    let entries = targets.iter().position(|target| !leads_somewhere(target)).unwrap_or(targets.len());
+    if entries == 0 || (targets.len() - entries) * entry as usize > 3 {
         return Err(unreadable());
     }
+    targets.truncate(entries);
     targets.sort_unstable();
     targets.dedup();
     Ok(targets)

@@ -1,6 +1,6 @@
 //! Where execution can go: inside a function, from function to function, and from which entry points.
 //!
-//! A tail call is a jump to the start of another function. A call that is followed by no instruction does not come back.
+//! A tail call is a jump to the start of another function. A call of a function that never returns goes nowhere else.
 //!
 //! What it cannot see: handlers that a program installs by writing a vector table in RAM, and what a register or a
 //! memory cell holds: those are listed as [`Unresolved`], and [`Graph::resolve`] takes what a person vouches for.
@@ -81,16 +81,46 @@ fn jump(code: &Code, function: &CodeFunction, target: u32, step: &mut Step) {
 
 fn fall(code: &Code, function: &CodeFunction, instruction: &Instruction, step: &mut Step) {
     let next = instruction.end();
-    let calls = matches!(instruction.flow, Flow::Call(_) | Flow::IndirectCall);
-    if function.contains(next) && code.instructions.contains_key(&next) {
+    let comes_back = match instruction.flow {
+        Flow::Call(callee) => instruction.condition.is_some() || !code.never_return.contains(&callee),
+        _ => true,
+    };
+    if !comes_back {
+        // Whatever stands behind such a call is filler.
+    } else if function.contains(next) && code.instructions.contains_key(&next) {
         step.successors.push(next);
-    } else if calls {
-        // The compiler knows that the callee does not come back.
     } else if step.callee.is_none() && code.functions.contains_key(&next) {
         (step.callee, step.leaves) = (Some(next), true);
     } else {
         step.unresolved = Some("runs off its end");
     }
+}
+
+/// The functions from which no path leads back to the caller. What cannot be resolved counts as a way back.
+#[must_use]
+pub fn never_returning(code: &Code) -> BTreeSet<u32> {
+    // Every function is suspected until a way back is found; a way back may open one in its callers.
+    let mut code = Code { never_return: code.functions.keys().copied().collect(), ..code.clone() };
+    loop {
+        let suspected = code.never_return.iter().filter_map(|start| code.functions.get(start));
+        let cleared: Vec<u32> = suspected.filter(|function| returns(&code, function)).map(|f| f.start).collect();
+        if cleared.is_empty() {
+            return code.never_return;
+        }
+        cleared.iter().for_each(|start| {
+            code.never_return.remove(start);
+        });
+    }
+}
+
+/// Whether a path leads back to the caller, if those of `never_return` have none.
+fn returns(code: &Code, function: &CodeFunction) -> bool {
+    reached(code, function).into_iter().any(|at| {
+        let instruction = &code.instructions[&at];
+        let step = step(code, function, instruction);
+        let continues_elsewhere = step.leaves && step.callee.is_some_and(|callee| !code.never_return.contains(&callee));
+        instruction.flow == Flow::Return || continues_elsewhere || step.unresolved.is_some()
+    })
 }
 
 /// What starts by itself.
@@ -222,22 +252,24 @@ impl<'a> Graph<'a> {
     }
 
     fn add(&mut self, function: &CodeFunction) {
-        let (mut calls, mut unresolved) = (Vec::new(), Vec::new());
-        for at in reached(self.code, function) {
-            let instruction = &self.code.instructions[&at];
-            let step = step(self.code, function, instruction);
-            calls.extend(step.callee.map(|callee| Call { at, callee }));
-            unresolved.extend(step.unresolved.map(|what| Unresolved {
-                at,
-                what,
-                instruction: instruction.to_string(),
-            }));
-        }
+        let (calls, unresolved) = of_function(self.code, function);
         self.calls.insert(function.start, calls);
         if !unresolved.is_empty() {
             self.unresolved.insert(function.start, unresolved);
         }
     }
+}
+
+/// What a function calls, and what of it cannot be told.
+pub(super) fn of_function(code: &Code, function: &CodeFunction) -> (Vec<Call>, Vec<Unresolved>) {
+    let (mut calls, mut unresolved) = (Vec::new(), Vec::new());
+    for at in reached(code, function) {
+        let instruction = &code.instructions[&at];
+        let step = step(code, function, instruction);
+        calls.extend(step.callee.map(|callee| Call { at, callee }));
+        unresolved.extend(step.unresolved.map(|what| Unresolved { at, what, instruction: instruction.to_string() }));
+    }
+    (calls, unresolved)
 }
 
 /// The instructions of a function that can be reached from its start.

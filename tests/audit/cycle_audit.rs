@@ -12,7 +12,7 @@ use super::inputs::{self, Question};
 use super::report::{Figure, Report, Table};
 use super::taint::{self, Proof};
 use super::trace;
-use crate::toolchain;
+use crate::toolchain::{self, Firmware, compile_c};
 
 /// What the audit cannot see.
 const BLIND_SPOTS: [&str; 3] = [
@@ -48,9 +48,12 @@ impl Kernels {
     /// # Errors
     /// What is missing or went wrong, and what helps.
     pub fn build() -> Result<Self, String> {
-        let object = toolchain::compile_c(&toolchain::workspace().join("tests/audit/peers/peers.c"))?;
-        let features = if object.is_some() { "c-peers" } else { "audit" };
-        let elf = toolchain::build_with("audit-kernels", features, object.as_slice())?;
+        let object = compile_c(&toolchain::workspace().join("tests/audit/peers/peers.c"))?;
+        let features = if object.is_some() { "c-peers" } else { "audit-kernels" };
+        let object_file = object.as_deref().map(|path| path.display().to_string());
+        let plain = Firmware::emulated("audit-kernels");
+        let link: Vec<&str> = plain.link.iter().copied().chain(object_file.as_deref()).collect();
+        let elf = Firmware { features, link: &link, guarded: false, ..plain }.build()?;
         let image = Image::read(&elf)?;
         let code = Code::decode(&image)?;
         Ok(Kernels { elf, image, code, with_c: object.is_some() })
@@ -142,7 +145,9 @@ pub fn report(kernels: &Kernels, progress: &mut dyn FnMut(&str)) -> Result<Repor
     let mut report = Report { title: "time".to_owned(), blind_spots: BLIND_SPOTS.into(), ..Report::default() };
     report.tables = vec![table(&observed, &proofs), of_peers_table(&of_peers), proof_table(&proofs)];
     if !kernels.with_c {
-        report.notes.push("peers in C are missing: arm-none-eabi-gcc is not installed (apt-get install gcc-arm-none-eabi)".into());
+        report.notes.push(
+            "peers in C are missing: arm-none-eabi-gcc is not installed (apt-get install gcc-arm-none-eabi)".into(),
+        );
     }
     for (label, row) in &observed {
         report.figures.extend(figures(label, row, proofs.get(label)));
@@ -168,7 +173,8 @@ fn figures(label: &str, row: &Observed, proof: Option<&Proof>) -> Vec<Figure> {
     figures
 }
 
-const COLUMNS: [&str; 10] = ["", "inputs", "instructions", "paths", "best", "nominal", "worst", "% at 1 kHz", "% at 10 kHz", "code"];
+const COLUMNS: [&str; 10] =
+    ["", "inputs", "instructions", "paths", "best", "nominal", "worst", "% at 1 kHz", "% at 10 kHz", "code"];
 
 fn row(label: &str, seen: &Observed) -> Vec<String> {
     let all = seen.instructions();

@@ -1,7 +1,7 @@
 //! What the code of a board must not hold: heap, recursion, panics, text formatting, soft floating point, indirect calls.
 //!
 //! Each check looks at the linked functions. A finding names the function and the shortest chain of calls to it from an
-//! entry point. Functions that are linked and that no chain reaches are found as well: something holds their address.
+//! entry point. Functions that are linked and that no call reaches are found as well, with who holds their address.
 //!
 //! What it cannot see: a function that the compiler has inlined leaves no symbol. A panic cannot vanish so (its handler
 //! is never inlined away as long as something can reach it), nor can a soft-float helper; an allocator can, so an image
@@ -11,7 +11,8 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::control_flow::Graph;
+use super::addresses;
+use super::control_flow::{Graph, Unresolved};
 use super::image::Image;
 
 mod helpers;
@@ -84,6 +85,8 @@ pub struct Finding {
     pub symbol: String,
     /// The shortest chain of calls from an entry point, or why there is none.
     pub chain: Vec<String>,
+    /// No chain of calls alone leads there: a link of it only holds the address of the next one.
+    pub held: bool,
     /// What there is to say beside.
     pub note: String,
 }
@@ -94,8 +97,9 @@ impl Finding {
     pub fn sentence(&self) -> String {
         let note = if self.note.is_empty() { String::new() } else { format!(" ({})", self.note) };
         let chain = match self.chain.as_slice() {
-            [] => "no chain of calls leads to it; something holds its address, or nothing needs it".to_owned(),
-            chain => format!("called by {}", chain.join(" > ")),
+            [] => "nothing calls it".to_owned(),
+            chain if self.held => format!("not called, but its address is held: {}", chain.join(" > ")),
+            chain => format!("called: {}", chain.join(" > ")),
         };
         format!("{}: {}{note}: {chain}", self.check.name(), self.symbol)
     }
@@ -107,57 +111,66 @@ impl Finding {
 /// reaches.
 #[must_use]
 pub fn findings(image: &Image, graph: &Graph<'_>, whole_image: bool) -> Vec<Finding> {
-    let chains = graph.chains();
-    let mut found = by_name(graph, &chains, whole_image);
-    found.extend(indirect(graph, &chains, whole_image));
+    let ways = Ways { called: graph.chains(), held: addresses::with_held(image, graph).chains() };
+    let mut found = by_name(graph, &ways, whole_image);
+    found.extend(indirect(graph, &ways, whole_image));
     found.extend(graph.recursion().iter().map(|cycle| {
         let first = cycle.first().copied().unwrap_or_default();
+        let (chain, held) = ways.to(graph, first);
         let note = format!("calls itself: {}", graph.shown(cycle));
-        Finding {
-            check: Check::Recursion,
-            symbol: graph.name(first).to_owned(),
-            chain: named(graph, chains.get(&first)),
-            note,
-        }
+        Finding { check: Check::Recursion, symbol: graph.name(first).to_owned(), chain, held, note }
     }));
     if whole_image && image.units.contains("alloc") {
         let note = "the crate is linked".to_owned();
-        found.push(Finding { check: Check::Heap, symbol: "alloc".to_owned(), chain: Vec::new(), note });
+        found.push(Finding { check: Check::Heap, symbol: "alloc".to_owned(), chain: Vec::new(), held: true, note });
     }
     found.sort_by(|a, b| (a.check, &a.symbol).cmp(&(b.check, &b.symbol)));
     found
 }
 
-fn by_name(graph: &Graph<'_>, chains: &BTreeMap<u32, Vec<u32>>, whole_image: bool) -> Vec<Finding> {
+/// The shortest chains to each function.
+struct Ways {
+    /// By calls.
+    called: BTreeMap<u32, Vec<u32>>,
+    /// By calls and by addresses that are held.
+    held: BTreeMap<u32, Vec<u32>>,
+}
+
+impl Ways {
+    fn reaches(&self, function: u32) -> bool {
+        self.called.contains_key(&function) || self.held.contains_key(&function)
+    }
+
+    /// The chain to a function, and whether it needs an address.
+    fn to(&self, graph: &Graph<'_>, function: u32) -> (Vec<String>, bool) {
+        let called = self.called.get(&function);
+        let chain = called.or_else(|| self.held.get(&function)).into_iter().flatten();
+        (chain.map(|start| graph.name(*start).to_owned()).collect(), called.is_none())
+    }
+}
+
+fn by_name(graph: &Graph<'_>, ways: &Ways, whole_image: bool) -> Vec<Finding> {
     let mut found = Vec::new();
-    for function in graph.code.functions.values() {
-        let chain = chains.get(&function.start);
-        if chain.is_none() && !whole_image {
-            continue;
-        }
+    let looked_at = graph.code.functions.values().filter(|function| whole_image || ways.reaches(function.start));
+    for function in looked_at {
         for check in Check::ALL.into_iter().filter(|check| check.finds(&function.name, &function.linkage_name)) {
-            let (symbol, chain) = (function.name.clone(), named(graph, chain));
-            found.push(Finding { check, symbol, chain, note: String::new() });
+            let (chain, held) = ways.to(graph, function.start);
+            found.push(Finding { check, symbol: function.name.clone(), chain, held, note: String::new() });
         }
     }
     found
 }
 
-fn indirect(graph: &Graph<'_>, chains: &BTreeMap<u32, Vec<u32>>, whole_image: bool) -> Vec<Finding> {
-    let of_function = |(start, places): (&u32, &Vec<super::control_flow::Unresolved>)| {
-        let chain = chains.get(start);
-        (chain.is_some() || whole_image).then(|| {
-            let shown: Vec<String> = places
-                .iter()
-                .map(|place| format!("{} `{}` at {:#010x}", place.what, place.instruction, place.at))
-                .collect();
-            let (symbol, note) = (graph.name(*start).to_owned(), shown.join(", "));
-            Finding { check: Check::IndirectCall, symbol, chain: named(graph, chain), note }
-        })
+fn indirect(graph: &Graph<'_>, ways: &Ways, whole_image: bool) -> Vec<Finding> {
+    let looked_at = graph.unresolved.iter().filter(|(start, _)| whole_image || ways.reaches(**start));
+    let of_function = |(start, places): (&u32, &Vec<Unresolved>)| {
+        let shown: Vec<String> = places
+            .iter()
+            .map(|place| format!("{} `{}` at {:#010x}", place.what, place.instruction, place.at))
+            .collect();
+        let (chain, held) = ways.to(graph, *start);
+        let (symbol, note) = (graph.name(*start).to_owned(), shown.join(", "));
+        Finding { check: Check::IndirectCall, symbol, chain, held, note }
     };
-    graph.unresolved.iter().filter_map(of_function).collect()
-}
-
-fn named(graph: &Graph<'_>, chain: Option<&Vec<u32>>) -> Vec<String> {
-    chain.into_iter().flatten().map(|start| graph.name(*start).to_owned()).collect()
+    looked_at.map(of_function).collect()
 }

@@ -86,7 +86,11 @@ pub struct Image {
     pub symbols: Vec<Symbol>,
     /// Crates whose compilation the linker took in, code of them or not.
     pub units: BTreeSet<String>,
+    /// Bytes of the section that numbers the texts of `defmt`, if there is one. It is not loaded.
+    pub defmt_text: Option<u32>,
     mapping: BTreeMap<u32, Contents>,
+    /// What a programmer writes to the chip: load addresses and sizes.
+    segments: Vec<(u32, u32)>,
 }
 
 impl Image {
@@ -115,7 +119,19 @@ impl Image {
             return Err(wrong("has no symbols (it was stripped)"));
         }
         let entry = u32::try_from(elf.entry()).unwrap_or_default() & !1;
-        Ok(Image { path: path.to_owned(), entry, sections, symbols, units, mapping })
+        let endian = elf.endian();
+        let loaded = elf.elf_program_headers().iter().filter(|s| s.p_type(endian) == PT_LOAD && s.p_filesz(endian) > 0);
+        let segments = loaded.map(|s| (s.p_paddr(endian), s.p_filesz(endian))).collect();
+        let defmt_text = elf.section_by_name(".defmt").map(|section| section.size() as u32);
+        Ok(Image { path: path.to_owned(), entry, sections, symbols, units, defmt_text, mapping, segments })
+    }
+
+    /// The size of what a programmer writes to the chip, from the first byte to the last, by the program headers.
+    #[must_use]
+    pub fn loaded_bytes(&self) -> u64 {
+        let first = self.segments.iter().map(|(start, _)| u64::from(*start)).min().unwrap_or(0);
+        let last = self.segments.iter().map(|(start, size)| u64::from(*start) + u64::from(*size)).max().unwrap_or(0);
+        last - first
     }
 
     /// The `length` bytes at `address` of the running program, if the image holds them.

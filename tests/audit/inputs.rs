@@ -11,6 +11,7 @@ use monitor_core::low_pass::LowPass;
 use monitor_core::moments::Moments;
 use monitor_core::pca::{ExplainedShare, Pca};
 use monitor_core::smoother::Smoother;
+use monitor_core::verdict::Absence;
 use monitor_core::{Monitor, Phase, Verdict};
 use nalgebra::{Matrix2, Matrix3};
 
@@ -158,7 +159,7 @@ struct Flight {
 
 impl Flight {
     fn step(&mut self, set_point: f32, x: [f32; 3]) {
-        let verdict = self.monitor.step_channels(set_point, x);
+        let verdict = *self.monitor.step_channels(set_point, x);
         let [a, b, c] = x;
         let label = match (self.last.phase(), verdict.phase()) {
             (Phase::Settling(_), Phase::Settling(_)) => SETTLING,
@@ -187,9 +188,7 @@ impl Flight {
         self.questions.push(Question { request, label: "", expected: Some(u32::from(accepted)) });
         if accepted {
             // The step after it begins in the new phase, without a transition of its own.
-            self.last = Verdict::default();
-            let mut ahead = self.monitor.clone();
-            self.last = ahead.skip(monitor_core::verdict::Absence::Missing);
+            self.last = *self.monitor.clone().skip(Absence::Missing);
         }
     }
 }
@@ -260,19 +259,21 @@ pub fn functions(few: Option<usize>) -> Vec<Question> {
     for matrix in matrices.iter().step_by(every) {
         let [a, b, c, d, e, f] = *matrix;
         let found = Matrix2::new(a, b, b, c).closed_form_eigen();
-        let digest = found.map_or(0, |found| {
-            kernels::digest_of_numbers(found.values.iter().chain(found.vectors.iter()).copied())
-        });
+        let digest = found
+            .map_or(0, |found| kernels::digest_of_numbers(found.values.iter().chain(found.vectors.iter()).copied()));
         questions.push(Question {
             request: Request::new(Kernel::Eigen2, &[a, b, c]),
             label: EIGEN_2,
             expected: Some(digest),
         });
         let found = Matrix3::new(a, b, d, b, c, e, d, e, f).closed_form_eigen();
-        let digest = found.map_or(0, |found| {
-            kernels::digest_of_numbers(found.values.iter().chain(found.vectors.iter()).copied())
+        let digest = found
+            .map_or(0, |found| kernels::digest_of_numbers(found.values.iter().chain(found.vectors.iter()).copied()));
+        questions.push(Question {
+            request: Request::new(Kernel::Eigen3, matrix),
+            label: EIGEN_3,
+            expected: Some(digest),
         });
-        questions.push(Question { request: Request::new(Kernel::Eigen3, matrix), label: EIGEN_3, expected: Some(digest) });
     }
     questions.extend(filtered(few.min(1200)));
     questions.extend(distances(few.min(1200)));

@@ -15,6 +15,8 @@ use super::control_flow::{self, Graph};
 use super::decode::{Instruction, Register};
 
 mod frame;
+#[cfg(test)]
+mod tests;
 
 /// What the hardware stacks for an exception (Arm DDI 0403, B1.5.7): eight words, with floating point 18 more, and one
 /// word where the stack pointer was not aligned to eight bytes.

@@ -20,7 +20,7 @@ use firmware_stub::kernels::{Kernel, Request};
 
 use super::code::Code;
 use super::decode::Flow;
-use crate::toolchain::{self, Board};
+use crate::toolchain::{Board, Run};
 use log::Log;
 
 /// The state of the processor before an instruction.
@@ -73,9 +73,9 @@ pub fn run(
     let failed = |error: std::io::Error| format!("the requests cannot be handed over: {error}");
     std::fs::write(desk.path().join("kernels.in"), bytes).map_err(failed)?;
 
-    let mut command = toolchain::emulator(Board::CortexM4, elf, desk.path());
-    command.args(one_by_one()?).args(["-d", if detail == Detail::Path { "exec,nochain" } else { "exec,cpu,nochain" }]);
-    let mut emulator = Emulator::start(&mut command, limits.time)?;
+    let logged = if detail == Detail::Path { "exec,nochain" } else { "exec,cpu,nochain" };
+    let emulation = Run::new(Board::CortexM4, elf, desk.path()).with(one_by_one()?).with(&["-d", logged]);
+    let mut emulator = Emulator::start(&mut emulation.command(), limits.time)?;
     let mut log = Log::new(BufReader::with_capacity(1 << 20, emulator.log.take().ok_or("QEMU gives no log")?), detail);
     let mut left = limits.instructions;
     let read = loop {

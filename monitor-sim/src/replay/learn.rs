@@ -153,7 +153,7 @@ impl Replay {
             if reading.row < window.start || !reading.is_finite() {
                 continue;
             }
-            let verdict = monitor.step_channels(reading.set_point as f32, reading.channels());
+            let verdict = *monitor.step_channels(reading.set_point as f32, reading.channels());
             if let Some(residuals) = verdict.residuals() {
                 calibration.peak.push(residuals);
             }

@@ -111,9 +111,9 @@ mod tests {
             "__aeabi_llsl",
             "core::fmt::write",
         ];
-        let purposes: [(fn(&str) -> bool, &[&str]); 4] =
-            [(is_soft_double, &doubles), (is_soft_float, &floats), (is_panic, &panics), (is_heap, &heaps)];
-        for (purpose, own) in purposes {
+        let purposes = [is_soft_double, is_soft_float, is_panic, is_heap];
+        let names: [&[&str]; 4] = [&doubles, &floats, &panics, &heaps];
+        for (purpose, own) in purposes.into_iter().zip(names) {
             for name in [&doubles[..], &floats, &panics, &heaps, &innocent].concat() {
                 assert_eq!(purpose(name), own.contains(&name), "{name}");
             }

@@ -6,7 +6,6 @@
 #![no_std]
 #![no_main]
 
-mod host;
 mod own;
 mod peers;
 mod specimens;
@@ -14,14 +13,10 @@ mod specimens;
 #[path = "../../../../tests/textbook.rs"]
 mod textbook;
 
-use core::panic::PanicInfo;
-
-use cortex_m_rt::{ExceptionFrame, entry, exception};
-use cortex_m_semihosting::debug::{self, EXIT_SUCCESS};
-use defmt_semihosting as _; // the symbols that `Format` refers to
+use cortex_m_rt::entry;
+use firmware_stub::board::host::{self, HostFile};
 use firmware_stub::kernels::{Kernel, REQUEST_WORDS, Request};
 
-use host::HostFile;
 use own::Own;
 use peers::Peers;
 
@@ -31,32 +26,32 @@ const CHUNK: usize = 64;
 #[entry]
 fn main() -> ! {
     match serve() {
-        Ok(()) => debug::exit(EXIT_SUCCESS),
-        Err(reason) => host::leave(reason),
+        Ok(()) => host::leave(true),
+        Err(reason) => {
+            host::say(reason);
+            host::leave(false)
+        }
     }
-    host::halt()
 }
 
 fn serve() -> Result<(), &'static [u8]> {
-    let input =
-        HostFile::open(b"kernels.in\0", HostFile::READ).ok_or(&b"error: kernels.in cannot be opened\n\0"[..])?;
-    let output =
-        HostFile::open(b"kernels.out\0", HostFile::WRITE).ok_or(&b"error: kernels.out cannot be opened\n\0"[..])?;
-    let mut count = [[0_u32]];
+    let input = HostFile::to_read(b"kernels.in\0").ok_or(&b"error: kernels.in cannot be opened\n\0"[..])?;
+    let output = HostFile::to_write(b"kernels.out\0").ok_or(&b"error: kernels.out cannot be opened\n\0"[..])?;
+    let mut count = [0];
     if input.read(&mut count) != 1 {
         return Err(b"error: the stream of requests is empty\n\0");
     }
-    let [[mut left]] = count;
+    let [mut left] = count;
     let mut own = Own::new().ok_or(&b"error: the monitor refuses its settings\n\0"[..])?;
     let mut peers = Peers::new().ok_or(&b"error: a peer refuses its settings\n\0"[..])?;
-    let (mut requests, mut answers) = ([[0; REQUEST_WORDS]; CHUNK], [[0]; CHUNK]);
+    let (mut requests, mut answers) = ([[0; REQUEST_WORDS]; CHUNK], [0; CHUNK]);
     while left > 0 {
         let wanted = (left as usize).min(CHUNK);
         let (Some(requests), Some(answers)) = (requests.get_mut(..wanted), answers.get_mut(..wanted)) else { break };
-        if input.read(requests) != wanted {
+        if input.read(requests.as_flattened_mut()) != wanted * REQUEST_WORDS {
             return Err(b"error: the stream of requests ends early\n\0");
         }
-        for (request, [answer]) in requests.iter().zip(answers.iter_mut()) {
+        for (request, answer) in requests.iter().zip(answers.iter_mut()) {
             let request = Request::from_words(*request).ok_or(&b"error: a request names no kernel\n\0"[..])?;
             *answer =
                 call(&mut own, &mut peers, &request).ok_or(&b"error: the kernel is not in this firmware\n\0"[..])?;
@@ -81,17 +76,4 @@ fn call(own: &mut Own, peers: &mut Peers, request: &Request) -> Option<u32> {
         kernel if kernel < Kernel::NalgebraEigen2 => Some(own.call(request)),
         _ => peers.call(request),
     }
-}
-
-#[allow(unsafe_code)] // The attribute declares the handler unsafe: it runs in a machine that is no longer sound.
-#[exception]
-unsafe fn HardFault(_: &ExceptionFrame) -> ! {
-    host::leave(b"error: hard fault\n\0");
-    host::halt()
-}
-
-#[panic_handler]
-fn panic(_: &PanicInfo) -> ! {
-    host::leave(b"error: panic\n\0");
-    host::halt()
 }

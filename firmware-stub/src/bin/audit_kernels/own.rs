@@ -22,8 +22,8 @@ type Decomposed<const N: usize> = Result<Eigen<N>, EigenError>;
 
 #[inline(never)]
 #[unsafe(no_mangle)]
-extern "C" fn audit_step(monitor: &mut Monitor, x: &[f32; 3], verdict: &mut MaybeUninit<Verdict>, set_point: f32) {
-    verdict.write(monitor.step_channels(set_point, *x));
+extern "C" fn audit_step<'m>(monitor: &'m mut Monitor, x: &[f32; 3], set_point: f32) -> &'m Verdict {
+    monitor.step_channels(set_point, *x)
 }
 
 #[inline(never)]
@@ -109,12 +109,7 @@ impl Own {
     pub(crate) fn call(&mut self, request: &Request) -> u32 {
         let [a, b, c, d, e, f, _] = request.numbers();
         match request.kernel {
-            Kernel::Step => {
-                let mut verdict = MaybeUninit::uninit();
-                audit_step(&mut self.monitor, &[b, c, d], &mut verdict, a);
-                // SAFETY: the function above has written it.
-                kernels::digest_of_verdict(unsafe { verdict.assume_init_ref() })
-            }
+            Kernel::Step => kernels::digest_of_verdict(audit_step(&mut self.monitor, &[b, c, d], a)),
             Kernel::FinishLearning => u32::from(audit_finish_learning(&mut self.monitor)),
             Kernel::Push => {
                 audit_push(&mut self.window, &[a, b, c]);
