@@ -73,8 +73,10 @@ pub fn run(
     let failed = |error: std::io::Error| format!("the requests cannot be handed over: {error}");
     std::fs::write(desk.path().join("kernels.in"), bytes).map_err(failed)?;
 
+    let nameless = desk.path().join("kernels.elf");
+    std::fs::write(&nameless, without_names(elf)?).map_err(failed)?;
     let logged = if detail == Detail::Path { "exec,nochain" } else { "exec,cpu,nochain" };
-    let emulation = Run::new(Board::CortexM4, elf, desk.path()).with(one_by_one()?).with(&["-d", logged]);
+    let emulation = Run::new(Board::CortexM4, &nameless, desk.path()).with(one_by_one()?).with(&["-d", logged]);
     let mut emulator = Emulator::start(&mut emulation.command(), limits.time)?;
     let mut log = Log::new(BufReader::with_capacity(1 << 20, emulator.log.take().ok_or("QEMU gives no log")?), detail);
     let mut left = limits.instructions;
@@ -98,6 +100,18 @@ pub fn run(
     read.and(ended)?;
     let answers = std::fs::read(desk.path().join("kernels.out")).map_err(|error| format!("no answers: {error}"))?;
     Ok(answers.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect())
+}
+
+/// The image without its table of sections, and so without symbols: QEMU would write the name of a function, which may be
+/// hundreds of letters, behind every instruction.
+fn without_names(elf: &Path) -> Result<Vec<u8>, String> {
+    let mut bytes = std::fs::read(elf).map_err(|error| format!("{} cannot be read: {error}", elf.display()))?;
+    // Of the 32-bit header: where the table is; how many entries it has, and which of them holds the names.
+    for field in [0x20..0x24, 0x30..0x34] {
+        let field = bytes.get_mut(field).ok_or_else(|| format!("{} is not an ELF file", elf.display()))?;
+        field.fill(0);
+    }
+    Ok(bytes)
 }
 
 fn endless(instructions: u64) -> String {
