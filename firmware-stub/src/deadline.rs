@@ -1,5 +1,7 @@
 //! The sampling deadline: which slot of the sampling clock an interrupt belongs to, and whether it came in time.
 
+use core::num::NonZeroU32;
+
 /// What the clock says when the sampling interrupt begins.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Slot {
@@ -14,7 +16,7 @@ pub struct Slot {
 /// The counter may wrap between two interrupts, but not go round: at 1 MHz that leaves 35 minutes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Deadline {
-    period: u32,
+    period: NonZeroU32,
     tolerance: u32,
     due: Option<u32>,
 }
@@ -24,7 +26,10 @@ impl Deadline {
     /// zero is taken as one.
     #[must_use]
     pub const fn new(period: u32, tolerance: u32) -> Self {
-        let period = if period == 0 { 1 } else { period };
+        let period = match NonZeroU32::new(period) {
+            Some(period) => period,
+            None => NonZeroU32::MIN,
+        };
         Deadline { period, tolerance, due: None }
     }
 
@@ -33,8 +38,8 @@ impl Deadline {
         let due = self.due.unwrap_or(now);
         let behind = self.behind(due, now);
         let lost = behind / self.period;
-        let late = behind - lost * self.period > self.tolerance;
-        self.due = Some(due.wrapping_add((lost + 1).wrapping_mul(self.period)));
+        let late = behind % self.period > self.tolerance;
+        self.due = Some(due.wrapping_add(lost.wrapping_add(1).wrapping_mul(self.period.get())));
         Slot { lost, late }
     }
 

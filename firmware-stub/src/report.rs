@@ -1,8 +1,6 @@
 //! What the main loop hears and answers, as `defmt` lines that a person understands: what, since when, how large against
 //! its limit. Times are of the sampling clock, in seconds since the start.
 
-use core::num::NonZeroU64;
-
 use monitor_core::event::EventKind;
 use monitor_core::sample::{Bank, ModelId};
 use monitor_core::{Config, Diagnosis, Phase};
@@ -14,8 +12,8 @@ use crate::sampling::{Note, Snapshot};
 /// What turns samples into times and residuals into a comparison.
 #[derive(Clone, Copy, Debug)]
 pub struct Report {
-    /// Samples per second; a board's rate is a whole number of hertz.
-    rate_hz: NonZeroU64,
+    /// Microseconds from one sample to the next: a board's rate divides a million.
+    period_us: u32,
     limits: Bank<f32>,
 }
 
@@ -23,13 +21,13 @@ impl Report {
     /// For a monitor with these settings.
     #[must_use]
     pub fn new(config: &Config) -> Self {
-        let rate_hz = NonZeroU64::new(config.sample_rate_hz as u64).unwrap_or(NonZeroU64::MIN);
-        Report { rate_hz, limits: config.thresholds }
+        let period_us = 1_000_000 / (config.sample_rate_hz as u32).max(1);
+        Report { period_us, limits: config.thresholds }
     }
 
-    /// Milliseconds from the start to a sample.
-    fn ms(&self, sample: u64) -> u64 {
-        sample.wrapping_mul(1000) / self.rate_hz
+    /// Microseconds from the start to a sample. No division: of 64 bits, that would be a routine of its own.
+    fn us(&self, sample: u64) -> u64 {
+        sample.wrapping_mul(u64::from(self.period_us))
     }
 
     /// Logs a note.
@@ -37,38 +35,38 @@ impl Report {
         match note {
             Note::Event { event, residual, alarm_since } => self.event(event.sample, event.kind, residual, alarm_since),
             Note::Rejecting { sample, why } => {
-                defmt::warn!("{=u64:ms} s: samples are turned away, {}", self.ms(sample), why);
+                defmt::warn!("{=u64:us} s: samples are turned away, {}", self.us(sample), why);
             }
             Note::Accepting { sample, after } => {
-                defmt::info!("{=u64:ms} s: samples are judged again after {=u32}", self.ms(sample), after);
+                defmt::info!("{=u64:us} s: samples are judged again after {=u32}", self.us(sample), after);
             }
             Note::Overrun { sample } => {
-                defmt::warn!("{=u64:ms} s: sampling overran, the next slot had begun", self.ms(sample));
+                defmt::warn!("{=u64:us} s: sampling overran, the next slot had begun", self.us(sample));
             }
         }
     }
 
     fn event(&self, sample: u64, kind: EventKind, t2: f32, since: Option<u64>) {
-        let at = self.ms(sample);
+        let at = self.us(sample);
         match kind {
             EventKind::Located(Diagnosis::Fault(fault)) => defmt::warn!(
-                "{=u64:ms} s: fault {}, alarm since {=u64:ms} s, T2 {=f32} of limit {=f32}",
+                "{=u64:us} s: fault {}, alarm since {=u64:us} s, T2 {=f32} of limit {=f32}",
                 at,
                 fault,
-                self.ms(since.unwrap_or(sample)),
+                self.us(since.unwrap_or(sample)),
                 t2,
                 *self.limits.get(ModelId::Full)
             ),
-            EventKind::Located(_) => defmt::warn!("{=u64:ms} s: something is wrong, but no known fault", at),
-            EventKind::Cleared(diagnosis) => defmt::info!("{=u64:ms} s: cleared {}", at, diagnosis),
+            EventKind::Located(_) => defmt::warn!("{=u64:us} s: something is wrong, but no known fault", at),
+            EventKind::Cleared(diagnosis) => defmt::info!("{=u64:us} s: cleared {}", at, diagnosis),
             EventKind::RelayUp(model) => {
-                defmt::info!("{=u64:ms} s: {} up, T2 {=f32} of limit {=f32}", at, model, t2, *self.limits.get(model));
+                defmt::info!("{=u64:us} s: {} up, T2 {=f32} of limit {=f32}", at, model, t2, *self.limits.get(model));
             }
-            EventKind::RelayDown(model) => defmt::info!("{=u64:ms} s: {} down", at, model),
-            EventKind::LearningRefused(error) => defmt::warn!("{=u64:ms} s: learning refused, {}", at, error),
-            EventKind::Phase(Phase::Settling(why)) => defmt::info!("{=u64:ms} s: settling, {}", at, why),
-            EventKind::Phase(phase) => defmt::info!("{=u64:ms} s: {}", at, phase),
-            kind => defmt::info!("{=u64:ms} s: {}", at, kind),
+            EventKind::RelayDown(model) => defmt::info!("{=u64:us} s: {} down", at, model),
+            EventKind::LearningRefused(error) => defmt::warn!("{=u64:us} s: learning refused, {}", at, error),
+            EventKind::Phase(Phase::Settling(why)) => defmt::info!("{=u64:us} s: settling, {}", at, why),
+            EventKind::Phase(phase) => defmt::info!("{=u64:us} s: {}", at, phase),
+            kind => defmt::info!("{=u64:us} s: {}", at, kind),
         }
     }
 
@@ -93,16 +91,28 @@ impl Report {
             ),
             Answer::Contributions(None) => defmt::info!("contributions to T2: none, nothing is judged yet"),
             Answer::Statistics(state) => self.statistics(&state),
-            Answer::Verdict(state) => defmt::info!("{}", state.verdict),
+            Answer::Verdict(state) => self.verdict(&state),
             Answer::SetPoint(set_point) => defmt::info!("set point {=f32} rad/s", set_point.0),
         }
+    }
+
+    fn verdict(&self, state: &Snapshot) {
+        let verdict = &state.verdict;
+        defmt::info!(
+            "{=u64:us} s: {}, {}, T2 {=f32} of limit {=f32}",
+            self.us(verdict.sample()),
+            verdict.phase(),
+            verdict.diagnosis(),
+            verdict.residuals().map_or(0.0, |residuals| residuals.full),
+            self.limits.full
+        );
     }
 
     fn statistics(&self, state: &Snapshot) {
         let counts = state.counts;
         defmt::info!(
-            "{=u64:ms} s: {=u32} slots turned away, {=u32} of them late or missing, {=u32} overruns, {=u32} notes dropped",
-            self.ms(state.verdict.sample()),
+            "{=u64:us} s: {=u32} slots turned away, {=u32} of them late or missing, {=u32} overruns, {=u32} notes dropped",
+            self.us(state.verdict.sample()),
             counts.rejected,
             counts.absent,
             counts.overruns,

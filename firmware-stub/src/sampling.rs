@@ -136,8 +136,8 @@ impl<'q> Sampling<'q> {
         verdict
     }
 
-    /// Judges one slot, and queues what changed.
-    #[inline]
+    /// Judges one slot, and queues what changed. Called from two places, and to be in flash once.
+    #[inline(never)]
     fn judge(&mut self, set_point: RadPerSec, reading: Reading) -> Verdict {
         let verdict = match reading {
             Reading::Taken(sample) => *self.monitor.step(set_point, sample),
@@ -219,6 +219,7 @@ fn note(event: Event, verdict: &Verdict) -> Note {
     Note::Event { event, residual, alarm_since: verdict.alarm_since() }
 }
 
+#[inline(never)]
 fn push(notes: &mut Producer<'_>, counts: &mut Counts, note: Note) {
     if notes.enqueue(note).is_err() {
         counts.dropped = counts.dropped.saturating_add(1);

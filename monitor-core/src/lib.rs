@@ -13,6 +13,7 @@ pub mod sample;
 pub mod range;
 pub mod set_point;
 pub mod moments;
+mod root;
 pub mod eigen;
 pub mod pca;
 pub mod hotelling;

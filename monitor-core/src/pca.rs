@@ -66,7 +66,7 @@ where
     pub fn of_correlation(correlation: &SMatrix<f32, N, N>, share: ExplainedShare) -> Result<Self, PcaError> {
         // The columns of P are the eigenvectors of the covariance (1.2); channels are standardized by (1.7) first, so
         // that covariance is the correlation matrix.
-        let Eigen { values, vectors } = correlation.closed_form_eigen()?;
+        let Eigen { values, vectors } = correlation.decompose_correlation().checked()?;
         Ok(Self::from_parts(vectors, values, share))
     }
 }
@@ -131,10 +131,10 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn the_smallest_number_of_components_that_reaches_the_share_is_retained() {
-        let diagonal = Matrix3::from_diagonal(&[2.0, 0.7, 0.3].into());
+    fn the_smallest_number_of_components_that_reaches_the_criterionis_retained() {
         for (share, retained) in [(0.5, 1), (0.66, 1), (0.67, 2), (0.80, 2), (0.95, 3), (1.0, 3)] {
-            let pca = Pca::of_correlation(&diagonal, ExplainedShare::new(share).unwrap()).unwrap();
+            let criterion = ExplainedShare::new(share).unwrap();
+            let pca = Pca::from_parts(Matrix3::identity(), [2.0, 0.7, 0.3].into(), criterion);
             assert_eq!(pca.retained(), retained, "at a share of {share}");
         }
     }

@@ -25,5 +25,6 @@ const CORE: &[&str] =
 /// All images that are audited. Adding a line here, and budgets for its figures, is all that a further image takes.
 pub const IMAGES: &[Plan] = &[
     Plan { firmware: Firmware::audited("footprint"), entries: CORE, core: MONITOR, in_detail: false },
+    Plan { firmware: Firmware::thruster("board-stm32f405"), entries: &[], core: &[], in_detail: true },
     Plan { firmware: Firmware::emulated("qemu-mission"), entries: &[], core: &[], in_detail: false },
 ];

@@ -3,7 +3,7 @@
 
 Run: python3 fit_cosine_third.py     (needs mpmath)
 Prints, for each degree, the coefficients from the constant upwards, rounded to f32, and the largest error
-of Horner's rule in f32 against mpmath. The core uses degree 4: its first-order correction squares the error.
+of Horner's rule in f32 against mpmath. The core uses degree 3: its first-order correction squares the error.
 """
 
 import struct

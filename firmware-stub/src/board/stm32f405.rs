@@ -19,6 +19,8 @@ mod converter;
 mod encoder;
 mod end;
 mod output;
+#[cfg(not(feature = "emulated"))]
+mod rtt;
 mod serial;
 mod timer;
 
@@ -30,7 +32,5 @@ pub use output::FaultOutput;
 pub use serial::SerialLine;
 pub use timer::{Clock, SamplingTimer, TICKS_PER_SECOND};
 
-#[cfg(not(feature = "emulated"))]
-use defmt_rtt as _; // the transport of `defmt`
 #[cfg(feature = "emulated")]
 use defmt_semihosting as _; // the transport of `defmt`

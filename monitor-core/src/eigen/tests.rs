@@ -13,7 +13,19 @@ fn check<const N: usize>(matrix: SMatrix<f32, N, N>)
 where
     SMatrix<f32, N, N>: ClosedFormEigen<N>,
 {
-    let found = matrix.closed_form_eigen().unwrap();
+    check_against(matrix, &matrix.closed_form_eigen().unwrap());
+}
+
+/// The cheaper method for correlation matrices, and the general one.
+fn check_correlation<const N: usize>(matrix: SMatrix<f32, N, N>)
+where
+    SMatrix<f32, N, N>: ClosedFormEigen<N>,
+{
+    check(matrix);
+    check_against(matrix, &matrix.decompose_correlation().checked().unwrap());
+}
+
+fn check_against<const N: usize>(matrix: SMatrix<f32, N, N>, found: &Eigen<N>) {
     let exact = matrix.cast::<f64>();
     // A power of two keeps f64 products of tiny entries away from underflow.
     let norm = exact.norm().max(f64::MIN_POSITIVE);
@@ -87,12 +99,13 @@ fn every_matrix_with_small_integer_entries_is_decomposed() {
 
 #[test]
 fn correlation_matrices_from_independent_to_perfectly_tied_are_decomposed() {
-    let rho = [-1.0, -0.999_999_9, -0.999, -0.5, 0.0, 1e-7, 0.3, 0.999_9, 0.999_999_9, 1.0_f32];
+    let rho =
+        [-1.0, -0.999_999_9, -0.999, -0.5, -1e-4, -0.0, 0.0, 1e-30, 1e-10, 3e-8, 1e-7, 0.3, 0.999_9, 0.999_999_9, 1.0];
     for a in rho {
-        check(Matrix2::new(1.0, a, a, 1.0));
+        check_correlation(Matrix2::new(1.0, a, a, 1.0));
         for b in rho {
             for c in rho {
-                check(Matrix3::new(1.0, a, b, a, 1.0, c, b, c, 1.0));
+                check_correlation(Matrix3::new(1.0, a, b, a, 1.0, c, b, c, 1.0));
             }
         }
     }
@@ -147,7 +160,12 @@ fn a_matrix_with_an_entry_that_is_not_finite_is_refused() {
             let mut matrix = Matrix3::<f32>::identity();
             matrix[place] = bad;
             assert_eq!(matrix.closed_form_eigen(), Err(EigenError::NonFinite));
+            if place.0 != place.1 {
+                assert_eq!(matrix.decompose_correlation().checked(), Err(EigenError::NonFinite));
+            }
         }
+        let pair = Matrix2::new(1.0, bad, bad, 1.0);
+        assert_eq!(pair.decompose_correlation().checked(), Err(EigenError::NonFinite));
         assert_eq!(Matrix2::new(1.0, bad, bad, 1.0).closed_form_eigen(), Err(EigenError::NonFinite));
     }
 }
@@ -160,6 +178,17 @@ proptest! {
         let [a, b, c, d, e, f] = entries.map(|x| x * 10_f32.powi(exponent));
         check(Matrix3::new(a, b, c, b, d, e, c, e, f));
         check(Matrix2::new(a, b, b, c));
+    }
+
+    #[test]
+    fn random_correlations_of_any_size(
+        signs in prop::array::uniform3(-1.0..1.0_f32), exponents in prop::array::uniform3(-12.0..0.0_f32),
+    ) {
+        let [a, b, c] = core::array::from_fn(|i| signs[i] * libm::powf(10.0, exponents[i]));
+        check_correlation(Matrix3::new(1.0, a, b, a, 1.0, c, b, c, 1.0));
+        check_correlation(Matrix3::new(1.0, a, a, a, 1.0, a * (1.0 + b), a, a * (1.0 + b), 1.0));
+        let [a, b, c] = signs;
+        check_correlation(Matrix3::new(1.0, a, b, a, 1.0, c, b, c, 1.0));
     }
 
     #[test]

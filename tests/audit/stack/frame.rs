@@ -19,11 +19,13 @@ enum Value {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct State {
     registers: [Value; 16],
+    /// The stack pointer was set to a fresh stack: there is no way back.
+    fresh: bool,
 }
 
 impl State {
     pub(super) fn at_entry() -> Self {
-        let mut state = State { registers: [Value::Unknown; 16] };
+        let mut state = State { registers: [Value::Unknown; 16], fresh: false };
         state.set(SP, Value::Below(0));
         state
     }
@@ -38,7 +40,13 @@ impl State {
 
     /// The stack pointer is where it was at the entry.
     pub(super) fn is_back(&self) -> bool {
-        self.get(SP) == Value::Below(0)
+        !self.fresh && self.get(SP) == Value::Below(0)
+    }
+
+    /// A fault handler has abandoned what was on the stack and begun a fresh one (`msr msp`): what it needs counts from
+    /// there, as if it came on top of the old one.
+    pub(super) fn is_fresh(&self) -> bool {
+        self.fresh
     }
 
     /// What is known where two paths meet; none if the stack pointer is not the same on both.
@@ -49,7 +57,7 @@ impl State {
                 *mine = Value::Unknown;
             }
         }
-        (joined.get(SP) != Value::Unknown).then_some(joined)
+        (joined.get(SP) != Value::Unknown && self.fresh == other.fresh).then_some(joined)
     }
 
     /// What is known behind an instruction. Of a conditional one both outcomes are possible.
@@ -83,6 +91,10 @@ impl State {
             }
         } else if let Some((target, value)) = self.computed(instruction) {
             after.set(target, value);
+        }
+        if instruction.mnemonic == "msr" && instruction.writes.contains(SP) {
+            after.set(SP, Value::Below(0));
+            after.fresh = true;
         }
         after
     }

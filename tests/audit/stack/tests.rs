@@ -67,7 +67,7 @@ fn what_cannot_be_followed_is_an_error() {
         // sub.w sp, sp, r0; bx lr
         ("adeb000d 7047", "cannot be followed"),
         // msr msp, r0; bx lr
-        ("80f30888 7047", "cannot be followed"),
+        ("80f30888 7047", "not back where it was"),
         // add sp, #8; bx lr
         ("02b0 7047", "rises above"),
         // cmp r0, #0; beq +2; push {r4}; bx lr
@@ -98,6 +98,18 @@ fn a_call_adds_what_its_callee_needs_at_that_place_and_a_tail_call_at_its_own() 
     let code = program(&["10b5 bde81040 00f0fbbf", "f0b5 f0bd"]);
     let stack = &entered(&code).unwrap()[0];
     assert_eq!((stack.bytes, stack.chain.as_str()), (20, "f1(0) > f2(20)"));
+}
+
+#[test]
+fn a_handler_that_begins_a_fresh_stack_counts_from_there_and_must_not_return() {
+    // push {r4, lr}; msr msp, r0; bl f2 and: push {r4-r7, lr}; b .
+    let code = program(&["10b5 80f30888 00f0fbff", "f0b5 fee7"]);
+    assert_eq!(entered(&code).unwrap()[0].bytes, 20);
+    // nop; nop; nop; msr msp, r0 ...; b.w f2, which does not return, or does.
+    let leaving = "80f30888 00bf 00f0fbbf";
+    assert_eq!(entered(&program(&[leaving, "f0b5 fee7"])).unwrap()[0].bytes, 20);
+    let error = entered(&program(&[leaving, "f0b5 f0bd"])).unwrap_err();
+    assert!(error.contains("not back where it was"), "{error}");
 }
 
 #[test]

@@ -1,0 +1,55 @@
+//! The reciprocal square root, in the same few operations for every number.
+//!
+//! Why not [`libm::sqrtf`]: on a Cortex-M4F it is software that branches on its argument, so its time depends on the data.
+//! Why not the processor's own instruction: stable Rust reaches it by inline assembly alone, which would be the one unsafe
+//! block of this crate, and cores without a floating-point unit do not have it. The solver wants the reciprocal anyway, and
+//! Newton's iteration for it needs no division: about as many cycles as `VSQRT` and `VDIV` together, and bit for bit the
+//! same on every platform.
+
+/// 1/sqrt(x) for a normal `x` above zero, to within 1.5 units in the last place; something finite for other finite `x`.
+#[inline(always)]
+pub(crate) fn reciprocal_sqrt(x: f32) -> f32 {
+    // The last step adds its correction, so that the rounding of 1.5 - x y^2/2 weighs nothing.
+    let y = reciprocal_sqrt_rough(x);
+    y + y * (0.5 - 0.5 * x * y * y)
+}
+
+/// The same to within 5e-6.
+#[inline(always)]
+pub(crate) fn reciprocal_sqrt_rough(x: f32) -> f32 {
+    // Halving the exponent and changing its sign, with the constant that makes the worst relative error 3.4 %
+    // (Lomont, "Fast inverse square root", 2003). Newton's steps bring it to 1.8e-3, 4.7e-6 and 3.3e-11.
+    let half = 0.5 * x;
+    let mut y = f32::from_bits(0x5f37_5a86_u32.wrapping_sub(x.to_bits() >> 1));
+    y *= 1.5 - half * y * y;
+    y *= 1.5 - half * y * y;
+    y
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_reciprocal_root_is_within_one_and_a_half_units_in_the_last_place_over_all_mantissas() {
+        // One number in 61 of two binades, which hold every mantissa and both parities of the exponent, and their ends.
+        let (first, last) = (1.0_f32.to_bits(), 4.0_f32.to_bits());
+        let mut worst = 0.0_f64;
+        for bits in (first..=last).step_by(61) {
+            for scale in [1.0_f32, f32::from_bits(0x0100_0000), f32::from_bits(0x7c00_0000)] {
+                let x = f32::from_bits(bits) * scale;
+                let exact = 1.0 / libm::sqrt(f64::from(x));
+                let unit = f64::from((exact as f32).next_up()) - f64::from(exact as f32);
+                worst = worst.max((f64::from(reciprocal_sqrt(x)) - exact).abs() / unit);
+            }
+        }
+        assert!(worst <= 1.5, "{worst} units");
+    }
+
+    #[test]
+    fn numbers_without_a_reciprocal_root_give_something_finite() {
+        for x in [0.0, 1e-45, 1e-39, f32::MIN_POSITIVE, f32::MAX] {
+            assert!(reciprocal_sqrt(x).is_finite() && reciprocal_sqrt(x) > 0.0, "{x:e}");
+        }
+    }
+}
