@@ -7,6 +7,7 @@ use clap::Parser;
 use serde::Serialize;
 
 use super::budgets::{self, Budgets, Judged, Standing};
+use super::cycle_audit::{self, Kernels};
 use super::image_audit::{self, Audited, Vectors};
 use super::images::IMAGES;
 use super::print;
@@ -115,6 +116,9 @@ fn of_images(options: &Options, progress: &mut dyn FnMut(&str)) -> Result<Outcom
         let audited = Audited::read(plan.firmware.binary, &elf)?;
         reports.extend(image_audit::all(plan, &audited, &budgets, options.largest())?);
     }
+    progress("building audit-kernels");
+    let kernels = Kernels::build()?;
+    reports.push(cycle_audit::report(&kernels, progress)?);
     let measured: Vec<Figure> = reports.iter().flat_map(|report| report.figures.clone()).collect();
     let mut figures = budgets.judge(&measured, &FAMILIES, &compiler);
     if options.accept {
@@ -127,7 +131,7 @@ fn of_images(options: &Options, progress: &mut dyn FnMut(&str)) -> Result<Outcom
 }
 
 /// First words of the names of all figures that this command measures.
-const FAMILIES: [&str; 4] = ["flash", "ram", "size", "stack"];
+const FAMILIES: [&str; 5] = ["flash", "ram", "size", "stack", "time"];
 
 fn accept(path: &Path, figures: &[Judged], compiler: &str) -> Result<(), String> {
     let refused = |what: &str, error: String| format!("{} cannot be {what}: {error}", path.display());
