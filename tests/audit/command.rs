@@ -25,7 +25,7 @@ Examples:
 
 Exit codes: 0 within budgets and nothing forbidden, 1 over a budget or something forbidden, 2 could not audit.";
 
-/// Audits the linked firmware: memory, stack, and what must not be in it.
+/// Audits the linked firmware: memory, stack, time, and what must not be in it.
 #[derive(Debug, Parser)]
 #[command(name = "audit", version, about, after_help = EXAMPLES)]
 pub struct Options {

@@ -120,7 +120,7 @@ fn faulty(slot: usize, mut x: [f32; 3]) -> [f32; 3] {
     if slot % 12 < 2
         && let Some(channel) = x.get_mut(slot / 12 % 3)
     {
-        *channel += if slot / 36 % 2 == 0 { 0.8 } else { -4.0 };
+        *channel += if (slot / 36).is_multiple_of(2) { 0.8 } else { -4.0 };
     }
     x
 }
@@ -249,6 +249,10 @@ fn nasty_matrices() -> Vec<[f32; 6]> {
     matrices
 }
 
+fn digest<'a>(numbers: impl Iterator<Item = &'a f32>) -> u32 {
+    kernels::digest_of_numbers(numbers.copied())
+}
+
 /// The solvers, the filter and T2 of `monitor-core`, `few` of each if that is given.
 #[must_use]
 pub fn functions(few: Option<usize>) -> Vec<Question> {
@@ -259,20 +263,18 @@ pub fn functions(few: Option<usize>) -> Vec<Question> {
     for matrix in matrices.iter().step_by(every) {
         let [a, b, c, d, e, f] = *matrix;
         let found = Matrix2::new(a, b, b, c).closed_form_eigen();
-        let digest = found
-            .map_or(0, |found| kernels::digest_of_numbers(found.values.iter().chain(found.vectors.iter()).copied()));
+        let expected = found.map_or(0, |found| digest(found.values.iter().chain(found.vectors.iter())));
         questions.push(Question {
             request: Request::new(Kernel::Eigen2, &[a, b, c]),
             label: EIGEN_2,
-            expected: Some(digest),
+            expected: Some(expected),
         });
         let found = Matrix3::new(a, b, d, b, c, e, d, e, f).closed_form_eigen();
-        let digest = found
-            .map_or(0, |found| kernels::digest_of_numbers(found.values.iter().chain(found.vectors.iter()).copied()));
+        let expected = found.map_or(0, |found| digest(found.values.iter().chain(found.vectors.iter())));
         questions.push(Question {
             request: Request::new(Kernel::Eigen3, matrix),
             label: EIGEN_3,
-            expected: Some(digest),
+            expected: Some(expected),
         });
     }
     questions.extend(filtered(few.min(1200)));

@@ -1,7 +1,5 @@
 //! The model against published timings, and against sequences counted by hand.
 
-use std::collections::BTreeMap;
-
 use super::super::decode::{Decoder, ItState};
 use super::*;
 
@@ -10,7 +8,7 @@ fn run(hex: &str, times: usize) -> Cost {
     let bytes: Vec<u8> =
         hex.split_whitespace().flat_map(|half| u16::from_str_radix(half, 16).unwrap().to_le_bytes()).collect();
     let decoder = Decoder::new().unwrap();
-    let mut code = Code { functions: BTreeMap::new(), instructions: BTreeMap::new(), tables: BTreeMap::new() };
+    let mut code = Code::default();
     let (mut at, mut it, mut path) = (0, ItState::default(), Vec::new());
     while (at as usize) < bytes.len() {
         let decoded = decoder.decode(&bytes[at as usize..], at, &mut it).unwrap();
@@ -87,6 +85,6 @@ fn a_taken_branch_refills_the_pipeline_in_one_to_three_cycles() {
 
 #[test]
 fn a_path_through_nowhere_is_refused() {
-    let code = Code { functions: BTreeMap::new(), instructions: BTreeMap::new(), tables: BTreeMap::new() };
+    let code = Code::default();
     assert!(cost(&code, &[0x1234]).unwrap_err().contains("0x00001234"));
 }
