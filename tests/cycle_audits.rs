@@ -51,6 +51,15 @@ fn an_address_from_data_is_one_path_and_still_refused() {
 }
 
 #[test]
+fn a_branch_on_what_an_earlier_sample_left_behind_is_refused() {
+    let ask = |label| Question { request: Request::new(Kernel::Remembering, &[0.5]), label, expected: None };
+    let proofs = cycle_audit::prove(kernels(), &[ask("first"), ask("second")]).unwrap();
+    assert!(proofs["first"].holds(), "nothing has been remembered yet: {:?}", proofs["first"].faults());
+    assert_eq!(proofs["first"].control.len(), 4, "the number that decides is state");
+    assert!(proofs["second"].faults().join("\n").contains("audit_remembering"), "{:?}", proofs["second"].faults());
+}
+
+#[test]
 fn judging_and_learning_take_one_path_each_whatever_the_samples_are() {
     let proofs = cycle_audit::prove(kernels(), &inputs::steps(1, 60)).unwrap();
     for label in [inputs::MONITORING, inputs::SWITCHING, inputs::LEARNING, inputs::LEARNING_BLOCK] {

@@ -74,6 +74,8 @@ kernels! {
     Selecting = "audit_selecting",
     /// Specimen: a table that is indexed by the input; input: one number.
     Indexing = "audit_indexing",
+    /// Specimen: a loop whose length depends on the input of the call before; input: one number.
+    Remembering = "audit_remembering",
 }
 
 /// One request.

@@ -19,6 +19,7 @@ use firmware_stub::kernels::{Kernel, REQUEST_WORDS, Request};
 
 use own::Own;
 use peers::Peers;
+use specimens::Memory;
 
 /// Requests read at once.
 const CHUNK: usize = 64;
@@ -44,6 +45,7 @@ fn serve() -> Result<(), &'static [u8]> {
     let [mut left] = count;
     let mut own = Own::new().ok_or(&b"error: the monitor refuses its settings\n\0"[..])?;
     let mut peers = Peers::new().ok_or(&b"error: a peer refuses its settings\n\0"[..])?;
+    let mut memory = Memory::default();
     let (mut requests, mut answers) = ([[0; REQUEST_WORDS]; CHUNK], [0; CHUNK]);
     while left > 0 {
         let wanted = (left as usize).min(CHUNK);
@@ -53,8 +55,8 @@ fn serve() -> Result<(), &'static [u8]> {
         }
         for (request, answer) in requests.iter().zip(answers.iter_mut()) {
             let request = Request::from_words(*request).ok_or(&b"error: a request names no kernel\n\0"[..])?;
-            *answer =
-                call(&mut own, &mut peers, &request).ok_or(&b"error: the kernel is not in this firmware\n\0"[..])?;
+            *answer = call(&mut own, &mut peers, &mut memory, &request)
+                .ok_or(&b"error: the kernel is not in this firmware\n\0"[..])?;
         }
         if !output.write(answers) {
             return Err(b"error: kernels.out cannot be written\n\0");
@@ -65,14 +67,16 @@ fn serve() -> Result<(), &'static [u8]> {
 }
 
 /// Calls a kernel; none when this firmware was built without it.
-fn call(own: &mut Own, peers: &mut Peers, request: &Request) -> Option<u32> {
+fn call(own: &mut Own, peers: &mut Peers, memory: &mut Memory, request: &Request) -> Option<u32> {
     match request.kernel {
         Kernel::Restart => {
             *own = Own::new()?;
             *peers = Peers::new()?;
             Some(0)
         }
-        Kernel::Branching | Kernel::Selecting | Kernel::Indexing => Some(specimens::call(request)),
+        Kernel::Branching | Kernel::Selecting | Kernel::Indexing | Kernel::Remembering => {
+            Some(specimens::call(memory, request))
+        }
         kernel if kernel < Kernel::NalgebraEigen2 => Some(own.call(request)),
         _ => peers.call(request),
     }
