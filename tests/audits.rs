@@ -81,6 +81,18 @@ fn a_check_finds_nothing_in_what_another_one_is_for() {
 }
 
 #[test]
+fn what_nothing_calls_is_found_by_who_holds_its_address() {
+    let found = findings("spoiled_by_formatting");
+    let held = found.iter().find(|finding| finding.symbol == "<u64 as core::fmt::Display>::fmt");
+    let held = held.unwrap_or_else(|| panic!("{found:#?}"));
+    assert!(held.held && held.sentence().contains("not called, but its address is held"), "{}", held.sentence());
+    assert_eq!(held.chain, ["spoiled_by_formatting", &held.symbol]);
+    // What it holds leads to text formatting, and not to the rest of the image.
+    let kinds = [Check::Formatting, Check::IndirectCall];
+    assert!(found.iter().all(|finding| kinds.contains(&finding.check)), "{found:#?}");
+}
+
+#[test]
 fn a_kilobyte_more_on_the_stack_shows_to_the_byte_and_breaks_the_promise() {
     let (sound, spoiled) = (stack_of("sound").unwrap(), stack_of("spoiled_by_stack").unwrap());
     assert!(spoiled >= sound + 1024, "{spoiled} bytes, {sound} without the kilobyte");

@@ -2,5 +2,6 @@
 //! audited.
 
 pub mod audit;
+pub mod stream;
 pub mod textbook;
 pub mod toolchain;

@@ -15,3 +15,13 @@ pub mod stm32f405;
 pub use qemu::stop;
 #[cfg(feature = "board-stm32f405")]
 pub use stm32f405::stop;
+
+/// Waits for the next interrupt. In emulation it returns at once: QEMU's instruction-counting clock jumps over every other
+/// slot when the core sleeps.
+pub fn wait() {
+    if cfg!(any(feature = "board-qemu", feature = "emulated")) {
+        core::hint::spin_loop();
+    } else {
+        cortex_m::asm::wfi();
+    }
+}

@@ -34,6 +34,13 @@ fn follow(image: &Image, code: &Code, value: u32, seen: &mut BTreeSet<u32>, func
         functions.insert(value & !1);
         return;
     }
+    // The vector table is no constant that code leads to; where it stands at address zero, small numbers would.
+    let table = image.sections.iter().find(|section| section.name == ".vector_table");
+    let in_table =
+        |address: u32| table.is_some_and(|table| (table.address..table.address + table.size).contains(&address));
+    if in_table(value) {
+        return;
+    }
     let objects = image.symbols.iter().filter(|symbol| symbol.kind == SymbolKind::Object);
     for object in objects.filter(|object| (object.address..object.address + object.size).contains(&value)) {
         if seen.insert(object.address) {

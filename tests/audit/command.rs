@@ -12,6 +12,7 @@ use super::image_audit::{self, Audited, Vectors};
 use super::images::IMAGES;
 use super::print;
 use super::report::{Figure, Report};
+use super::witness;
 use crate::toolchain;
 
 const EXAMPLES: &str = "\
@@ -115,6 +116,10 @@ fn of_images(options: &Options, progress: &mut dyn FnMut(&str)) -> Result<Outcom
         progress(&format!("auditing {}", plan.firmware.binary));
         let audited = Audited::read(plan.firmware.binary, &elf)?;
         reports.extend(image_audit::all(plan, &audited, &budgets, options.largest())?);
+        if plan.flies {
+            progress(&format!("flying a mission with {}", plan.firmware.binary));
+            reports.extend(beside_the_bound(&audited.name, &elf, &reports)?);
+        }
     }
     progress("building audit-kernels");
     let kernels = Kernels::build()?;
@@ -128,6 +133,14 @@ fn of_images(options: &Options, progress: &mut dyn FnMut(&str)) -> Result<Outcom
     let passed =
         reports.iter().all(|report| report.faults.is_empty()) && !figures.iter().any(|figure| figure.standing.fails());
     Ok(Outcome { compiler: Some(compiler), reports, figures, passed })
+}
+
+/// What an emulated mission used of the stack, if there is a bound to set it beside.
+fn beside_the_bound(name: &str, elf: &Path, reports: &[Report]) -> Result<Option<Report>, String> {
+    let used = witness::high_water(elf)?;
+    let bound = format!("stack.{name}");
+    let bound = reports.iter().flat_map(|report| &report.figures).find(|figure| figure.name == bound);
+    Ok(bound.map(|bound| witness::report(name, bound.value, used)))
 }
 
 /// First words of the names of all figures that this command measures.

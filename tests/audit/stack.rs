@@ -5,6 +5,9 @@
 //! a stack pointer that depends on data) is an error, never a zero. Each exception adds the frame that the hardware
 //! stacks.
 //!
+//! Compared once with what LLVM says of its own frames (`-Zemit-stack-sizes`, the emulated mission's image): equal for 75
+//! of 75 functions, and three more that LLVM says nothing of.
+//!
 //! What it cannot see: that two handlers may have the same priority and so never nest (it counts every handler once on top
 //! of the main program, which is safe), and stack that inline assembly moves by means it does not know (an error).
 

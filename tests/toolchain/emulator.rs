@@ -3,6 +3,7 @@
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
@@ -51,11 +52,11 @@ impl Run {
         Run { board, elf, directory, patience: PATIENCE, extra: Vec::new() }
     }
 
-    /// With time that counts instructions, 16 ns each (62.5 million in a second), instead of the host's: what happens
-    /// when then is the same in every run, and a core that waits costs no time.
+    /// With time that counts instructions, 64 ns each, instead of the host's: what happens when then is the same in every
+    /// run. A millisecond has 15,625 instructions, about what a core at 16 MHz executes.
     #[must_use]
     pub fn counting_instructions(self) -> Self {
-        self.with(&["-icount", "shift=4,sleep=off"])
+        self.with(&["-icount", "shift=6"])
     }
 
     /// With more arguments of the emulator.
@@ -88,17 +89,49 @@ impl Run {
         command
     }
 
+    fn spawn(&self) -> Result<Child, String> {
+        is_firmware(&self.elf)?;
+        self.command().stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().map_err(|error| {
+            format!("cannot run qemu-system-arm: {error}; install it with: apt-get install qemu-system-arm")
+        })
+    }
+
+    /// Runs, and shows the lines logged so far to `enough` again and again, until it is content; then stops the board,
+    /// which would not end by itself. Returns the lines.
+    ///
+    /// # Errors
+    /// What is missing, or the log when the board ended or time was up before it held enough.
+    pub fn watch(&self, mut enough: impl FnMut(&[String]) -> bool) -> Result<Vec<String>, String> {
+        let mut child = self.spawn()?;
+        let (said, complained) = (Arc::new(Mutex::new(Vec::new())), collect(child.stderr.take()));
+        let reader = child.stdout.take().map(|stream| gather(stream, Arc::clone(&said)));
+        let begun = Instant::now();
+        let lines = loop {
+            thread::sleep(Duration::from_millis(50));
+            let ended = child.try_wait().map_err(|error| error.to_string())?.is_some();
+            let lines = decoded(&self.elf, &said.lock().unwrap_or_else(PoisonError::into_inner))?;
+            if enough(&lines) {
+                break Ok(lines);
+            }
+            if ended || begun.elapsed() > self.patience {
+                let tail = lines.iter().rev().take(20).rev().cloned().collect::<Vec<_>>().join("\n");
+                break Err(format!("the board did not log what was waited for; it ended with:\n{tail}"));
+            }
+        };
+        // It may have ended already.
+        let _ = child.kill();
+        child.wait().map_err(|error| error.to_string())?;
+        reader.into_iter().for_each(|reader| drop(reader.join()));
+        let complaints = complained.join().unwrap_or_default();
+        lines.map_err(|error| format!("{error}\n{}", text(&complaints)))
+    }
+
     /// Runs to its end; returns the `defmt` frames it logged.
     ///
     /// # Errors
     /// What is missing, what the board said when its exit code was not zero, or that it hung.
     pub fn frames(&self) -> Result<Vec<u8>, String> {
-        let mut child =
-            self.command().stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().map_err(
-                |error| {
-                    format!("cannot run qemu-system-arm: {error}; install it with: apt-get install qemu-system-arm")
-                },
-            )?;
+        let mut child = self.spawn()?;
         let (said, complained) = (collect(child.stdout.take()), collect(child.stderr.take()));
         let ended = self.wait(&mut child)?;
         let [frames, complaints] = [said, complained].map(|thread| thread.join().unwrap_or_default());
@@ -137,6 +170,28 @@ impl Run {
     pub fn log(&self) -> Result<Vec<String>, String> {
         decoded(&self.elf, &self.frames()?)
     }
+}
+
+/// Refuses a file that no such board can run.
+fn is_firmware(elf: &Path) -> Result<(), String> {
+    /// Magic number of ELF with 32 bits, little endian; and the machine, two bytes at byte 18: 40 is Arm.
+    const ELF: &[u8] = b"\x7fELF\x01\x01";
+    let bytes =
+        std::fs::read(elf).map_err(|error| format!("the firmware {} cannot be read: {error}", elf.display()))?;
+    if bytes.starts_with(ELF) && bytes.get(18..20) == Some(&[40, 0]) {
+        return Ok(());
+    }
+    Err(format!("{} is not a firmware: it is no ELF file for Arm; build one with `cargo emulate`", elf.display()))
+}
+
+/// Reads a stream to its end into a buffer that others look at meanwhile.
+fn gather(mut stream: impl Read + Send + 'static, into: Arc<Mutex<Vec<u8>>>) -> JoinHandle<()> {
+    thread::spawn(move || {
+        let mut chunk = [0; 4096];
+        while let Ok(count @ 1..) = stream.read(&mut chunk) {
+            into.lock().unwrap_or_else(PoisonError::into_inner).extend(chunk.iter().take(count));
+        }
+    })
 }
 
 /// Reads a stream to its end beside the child that writes it: a full pipe would stop the board.

@@ -87,10 +87,14 @@ impl<'a> Firmware<'a> {
     /// Runs a command of cargo on it, with arguments for the last call of the compiler.
     fn cargo(&self, verb: &str, last: &[String]) -> Result<(), String> {
         let toolchain = find(self.target)?;
-        let mut command = clean(&toolchain.cargo);
+        // Called by its own name: cargo would find the linter of another toolchain first.
+        let program =
+            if verb == "clippy" { toolchain.cargo.with_file_name("cargo-clippy") } else { toolchain.cargo.clone() };
+        let mut command = clean(&program);
         let linker = if self.guarded { flip_link(&toolchain)? } else { toolchain.linker.clone() };
         command
             .current_dir(workspace())
+            .env("CARGO", &toolchain.cargo)
             .env("RUSTC", &toolchain.rustc)
             .env("RUSTFLAGS", format!("-Clinker={} -Ctarget-cpu={}", linker.display(), self.cpu))
             .env("DEFMT_LOG", "info")

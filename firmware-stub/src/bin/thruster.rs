@@ -148,7 +148,7 @@ mod app {
             if background.sampling_is_alive(&mut sampling) {
                 watchdog.feed();
             }
-            cortex_m::asm::wfi();
+            board::wait();
         }
     }
 
