@@ -4,8 +4,8 @@
 //! [`code`] all functions; [`control_flow`] says where execution can go and [`addresses`] who holds whose address; [`stack`]
 //! how deep it gets ([`witness`]: and how deep it got), [`forbidden`] what must not be there, [`memory`] where the bytes
 //! go. [`trace`] is what an emulated processor executes when it is asked [`inputs`], [`cycles`] how long that takes,
-//! [`taint`] the proof that it depends on no sample; [`cycle_audit`] does all three. Each makes a [`report`], whose figures the [`budgets`] limit. [`image_audit`] does all of it for one image,
-//! [`command`] for all [`images`].
+//! [`taint`] the proof that it depends on no sample; [`cycle_audit`] does all three. Each makes a [`report`], whose
+//! figures the [`budgets`] limit. [`image_audit`] does all of it for one image, [`command`] for all [`images`].
 
 pub mod image;
 pub mod names;
