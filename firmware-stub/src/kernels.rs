@@ -44,10 +44,14 @@ kernels! {
     ClearWindow = "",
     /// `Baseline::learn` of what was pushed.
     WindowEnd = "audit_window_end",
-    /// `closed_form_eigen` 2x2; input: the lower triangle by rows.
+    /// `decompose` 2x2; input: the lower triangle by rows.
     Eigen2 = "audit_eigen2",
-    /// `closed_form_eigen` 3x3; input: the lower triangle by rows.
+    /// `decompose` 3x3; input: the lower triangle by rows.
     Eigen3 = "audit_eigen3",
+    /// `decompose_correlation` 2x2; input as of `Eigen2`.
+    Correlation2 = "audit_correlation2",
+    /// `decompose_correlation` 3x3; input as of `Eigen3`.
+    Correlation3 = "audit_correlation3",
     /// `LowPass::step`; input: one number.
     Filter = "audit_filter",
     /// `Model::t2` of a sample, the mean taken off; input: three channels.

@@ -27,7 +27,20 @@ const CORE_HZ: f64 = 168e6;
 const RATES_HZ: [f64; 2] = [1e3, 10e3];
 
 /// Labels whose proof must hold.
-const PROVEN: [&str; 4] = [inputs::MONITORING, inputs::SWITCHING, inputs::LEARNING, inputs::LEARNING_BLOCK];
+const PROVEN: [&str; 12] = [
+    inputs::MONITORING,
+    inputs::SWITCHING,
+    inputs::LEARNING,
+    inputs::LEARNING_BLOCK,
+    inputs::PUSH,
+    inputs::PUSH_BLOCK,
+    inputs::EIGEN_2,
+    inputs::CORRELATION_2,
+    inputs::EIGEN_3,
+    inputs::CORRELATION_3,
+    inputs::FILTER,
+    inputs::T2,
+];
 
 /// The firmware that calls every audited function.
 #[derive(Clone, Debug)]

@@ -5,7 +5,7 @@
 //! result that the firmware must answer.
 
 use firmware_stub::kernels::{self, Kernel, Request, SET_POINT};
-use monitor_core::eigen::ClosedFormEigen;
+use monitor_core::eigen::{ClosedFormEigen, Decomposition};
 use monitor_core::hotelling::Model;
 use monitor_core::low_pass::LowPass;
 use monitor_core::moments::Moments;
@@ -76,6 +76,10 @@ pub const WINDOW_END: &str = "window_end";
 pub const EIGEN_2: &str = "eigen_2x2";
 /// See [`EIGEN_2`].
 pub const EIGEN_3: &str = "eigen_3x3";
+/// The solvers that learning uses: of correlation matrices.
+pub const CORRELATION_2: &str = "eigen_2x2_correlation";
+/// See [`CORRELATION_2`].
+pub const CORRELATION_3: &str = "eigen_3x3_correlation";
 /// See [`EIGEN_2`].
 pub const FILTER: &str = "low_pass";
 /// See [`EIGEN_2`].
@@ -249,8 +253,10 @@ fn nasty_matrices() -> Vec<[f32; 6]> {
     matrices
 }
 
-fn digest<'a>(numbers: impl Iterator<Item = &'a f32>) -> u32 {
-    kernels::digest_of_numbers(numbers.copied())
+fn digest<const N: usize>(found: Decomposition<N>) -> u32 {
+    found
+        .checked()
+        .map_or(0, |found| kernels::digest_of_numbers(found.values.iter().chain(found.vectors.iter()).copied()))
 }
 
 /// The solvers, the filter and T2 of `monitor-core`, `few` of each if that is given.
@@ -262,20 +268,18 @@ pub fn functions(few: Option<usize>) -> Vec<Question> {
     let every = (matrices.len() / few.min(matrices.len())).max(1);
     for matrix in matrices.iter().step_by(every) {
         let [a, b, c, d, e, f] = *matrix;
-        let found = Matrix2::new(a, b, b, c).closed_form_eigen();
-        let expected = found.map_or(0, |found| digest(found.values.iter().chain(found.vectors.iter())));
-        questions.push(Question {
-            request: Request::new(Kernel::Eigen2, &[a, b, c]),
-            label: EIGEN_2,
+        let (two, three) = (Matrix2::new(a, b, b, c), Matrix3::new(a, b, d, b, c, e, d, e, f));
+        let ask = |kernel, label, expected| Question {
+            request: Request::new(kernel, matrix),
+            label,
             expected: Some(expected),
-        });
-        let found = Matrix3::new(a, b, d, b, c, e, d, e, f).closed_form_eigen();
-        let expected = found.map_or(0, |found| digest(found.values.iter().chain(found.vectors.iter())));
-        questions.push(Question {
-            request: Request::new(Kernel::Eigen3, matrix),
-            label: EIGEN_3,
-            expected: Some(expected),
-        });
+        };
+        questions.extend([
+            ask(Kernel::Eigen2, EIGEN_2, digest(two.decompose())),
+            ask(Kernel::Correlation2, CORRELATION_2, digest(two.decompose_correlation())),
+            ask(Kernel::Eigen3, EIGEN_3, digest(three.decompose())),
+            ask(Kernel::Correlation3, CORRELATION_3, digest(three.decompose_correlation())),
+        ]);
     }
     questions.extend(filtered(few.min(1200)));
     questions.extend(distances(few.min(1200)));

@@ -140,8 +140,8 @@ fn data_bytes(kernel: Kernel) -> u32 {
         Kernel::Restart | Kernel::ClearWindow | Kernel::FinishLearning | Kernel::WindowEnd => 0,
         Kernel::Filter | Kernel::Biquad | Kernel::CBiquad => 4,
         Kernel::Branching | Kernel::Selecting | Kernel::Indexing | Kernel::Remembering => 4,
-        Kernel::Eigen2 | Kernel::NalgebraEigen2 => 4 * 4,
-        Kernel::Eigen3 | Kernel::NalgebraEigen3 => 9 * 4,
+        Kernel::Eigen2 | Kernel::Correlation2 | Kernel::NalgebraEigen2 => 4 * 4,
+        Kernel::Eigen3 | Kernel::Correlation3 | Kernel::NalgebraEigen3 => 9 * 4,
         Kernel::Step | Kernel::Push | Kernel::T2 | Kernel::NalgebraT2 | Kernel::Textbook => 3 * 4,
         Kernel::CMatrixT2 | Kernel::CTriangleT2 => 3 * 4,
     }

@@ -8,7 +8,7 @@
 use core::mem::MaybeUninit;
 
 use firmware_stub::kernels::{self, Kernel, Request};
-use monitor_core::eigen::{ClosedFormEigen, Eigen, EigenError};
+use monitor_core::eigen::{ClosedFormEigen, Decomposition};
 use monitor_core::hotelling::Model;
 use monitor_core::low_pass::{LowPass, LowPassState};
 use monitor_core::moments::{LearnError, Moments};
@@ -18,7 +18,6 @@ use monitor_core::{Baseline, Monitor, Verdict};
 use nalgebra::{Matrix2, Matrix3};
 
 type Learned = Result<Baseline, LearnError>;
-type Decomposed<const N: usize> = Result<Eigen<N>, EigenError>;
 
 #[inline(never)]
 #[unsafe(no_mangle)]
@@ -46,14 +45,26 @@ extern "C" fn audit_window_end(learned: &mut MaybeUninit<Learned>, window: &Mome
 
 #[inline(never)]
 #[unsafe(no_mangle)]
-extern "C" fn audit_eigen2(found: &mut MaybeUninit<Decomposed<2>>, matrix: &Matrix2<f32>) {
-    found.write(matrix.closed_form_eigen());
+extern "C" fn audit_eigen2(found: &mut MaybeUninit<Decomposition<2>>, matrix: &Matrix2<f32>) {
+    found.write(matrix.decompose());
 }
 
 #[inline(never)]
 #[unsafe(no_mangle)]
-extern "C" fn audit_eigen3(found: &mut MaybeUninit<Decomposed<3>>, matrix: &Matrix3<f32>) {
-    found.write(matrix.closed_form_eigen());
+extern "C" fn audit_eigen3(found: &mut MaybeUninit<Decomposition<3>>, matrix: &Matrix3<f32>) {
+    found.write(matrix.decompose());
+}
+
+#[inline(never)]
+#[unsafe(no_mangle)]
+extern "C" fn audit_correlation2(found: &mut MaybeUninit<Decomposition<2>>, matrix: &Matrix2<f32>) {
+    found.write(matrix.decompose_correlation());
+}
+
+#[inline(never)]
+#[unsafe(no_mangle)]
+extern "C" fn audit_correlation3(found: &mut MaybeUninit<Decomposition<3>>, matrix: &Matrix3<f32>) {
+    found.write(matrix.decompose_correlation());
 }
 
 /// A filter with its state.
@@ -125,15 +136,21 @@ impl Own {
                 // SAFETY: the function above has written it.
                 digest_of_learned(unsafe { learned.assume_init_ref() })
             }
-            Kernel::Eigen2 => {
-                let mut found = MaybeUninit::uninit();
-                audit_eigen2(&mut found, &Matrix2::new(a, b, b, c));
+            Kernel::Eigen2 | Kernel::Correlation2 => {
+                let (mut found, matrix) = (MaybeUninit::uninit(), Matrix2::new(a, b, b, c));
+                match request.kernel {
+                    Kernel::Eigen2 => audit_eigen2(&mut found, &matrix),
+                    _ => audit_correlation2(&mut found, &matrix),
+                }
                 // SAFETY: the function above has written it.
                 digest_of_eigen(unsafe { found.assume_init_ref() })
             }
-            Kernel::Eigen3 => {
-                let mut found = MaybeUninit::uninit();
-                audit_eigen3(&mut found, &Matrix3::new(a, b, d, b, c, e, d, e, f));
+            Kernel::Eigen3 | Kernel::Correlation3 => {
+                let (mut found, matrix) = (MaybeUninit::uninit(), Matrix3::new(a, b, d, b, c, e, d, e, f));
+                match request.kernel {
+                    Kernel::Eigen3 => audit_eigen3(&mut found, &matrix),
+                    _ => audit_correlation3(&mut found, &matrix),
+                }
                 // SAFETY: the function above has written it.
                 digest_of_eigen(unsafe { found.assume_init_ref() })
             }
@@ -151,8 +168,8 @@ fn digest_of_learned(learned: &Learned) -> u32 {
     })
 }
 
-fn digest_of_eigen<const N: usize>(found: &Decomposed<N>) -> u32 {
+fn digest_of_eigen<const N: usize>(found: &Decomposition<N>) -> u32 {
     found
-        .as_ref()
+        .checked()
         .map_or(0, |eigen| kernels::digest_of_numbers(eigen.values.iter().chain(eigen.vectors.iter()).copied()))
 }
