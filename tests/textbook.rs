@@ -1,10 +1,11 @@
 //! The paper's chain as a programmer would first write it, with libraries: the peer of the benchmark.
 //!
 //! `nalgebra`'s iterative `SymmetricEigen` and matrix products, and the `biquad` crate's Butterworth low-pass. It does
-//! the same work as the monitor in its monitoring phase: four models, four filters, four relays, the truth table.
+//! the same work as the monitor in its monitoring phase: four models, four filters, four relays, the truth table. It needs
+//! no `std`, so the firmware that is audited holds it too.
 
 use biquad::{Biquad, Coefficients, DirectForm2Transposed, Q_BUTTERWORTH_F32, ToHertz, Type};
-use nalgebra::{SMatrix, SVector, SymmetricEigen};
+use nalgebra::{ComplexField, SMatrix, SVector, SymmetricEigen};
 
 /// A model of `N` channels: standardization, and the inverse of P D P' over the retained components.
 #[derive(Clone, Debug)]
@@ -18,17 +19,17 @@ pub struct TextbookModel<const N: usize> {
 impl<const N: usize> TextbookModel<N> {
     /// The model of a window, in two passes, with components retained up to 80 % of the variance.
     #[must_use]
-    pub fn learn(window: &[SVector<f32, N>]) -> Self
+    pub fn learn(window: impl Iterator<Item = SVector<f32, N>> + Clone) -> Self
     where
         SMatrix<f32, N, N>: IterativeEigen<N>,
     {
-        let n = window.len() as f32;
-        let sum = window.iter().fold(SVector::<f32, N>::zeros(), |sum, x| sum + x);
+        let n = window.clone().count() as f32;
+        let sum = window.clone().fold(SVector::<f32, N>::zeros(), |sum, x| sum + x);
         let mean = sum / n;
-        let outer = |x: &SVector<f32, N>| (x - mean) * (x - mean).transpose();
-        let products = window.iter().fold(SMatrix::<f32, N, N>::zeros(), |sum, x| sum + outer(x));
+        let outer = |x: SVector<f32, N>| (x - mean) * (x - mean).transpose();
+        let products = window.fold(SMatrix::<f32, N, N>::zeros(), |sum, x| sum + outer(x));
         let covariance = products / (n - 1.0);
-        let sigma: SVector<f32, N> = covariance.diagonal().map(f32::sqrt);
+        let sigma: SVector<f32, N> = covariance.diagonal().map(ComplexField::sqrt);
         let correlation = covariance.component_div(&(sigma * sigma.transpose()));
         let (inverse, retained) = retained_inverse(correlation);
         let r = retained as f32;
@@ -71,8 +72,8 @@ where
     SMatrix<f32, N, N>: IterativeEigen<N>,
 {
     let (eigenvalues, eigenvectors) = correlation.iterative_eigen();
-    let mut order: Vec<usize> = (0..N).collect();
-    order.sort_by(|a, b| eigenvalues[*b].total_cmp(&eigenvalues[*a]));
+    let mut order: [usize; N] = core::array::from_fn(|k| k);
+    order.sort_unstable_by(|a, b| eigenvalues[*b].total_cmp(&eigenvalues[*a]));
     let total: f32 = eigenvalues.iter().sum();
     let (mut share, mut retained, mut inverse) = (0.0, 0, SMatrix::<f32, N, N>::zeros());
     for k in order {
@@ -107,16 +108,17 @@ impl TextbookMonitor {
     ///
     /// # Errors
     /// [`BadCutoff`] when the cutoff does not lie below half the rate.
-    pub fn learn(window: &[[f32; 3]], cutoff_hz: f32, rate_hz: f32, threshold: f32) -> Result<Self, BadCutoff> {
-        let full: Vec<SVector<f32, 3>> = window.iter().map(|x| (*x).into()).collect();
-        let pair = |[i, j]: [usize; 2]| {
-            let columns: Vec<SVector<f32, 2>> = window.iter().map(|x| [x[i], x[j]].into()).collect();
-            ([i, j], TextbookModel::learn(&columns))
-        };
+    pub fn learn(
+        window: impl Iterator<Item = [f32; 3]> + Clone,
+        cutoff_hz: f32,
+        rate_hz: f32,
+        threshold: f32,
+    ) -> Result<Self, BadCutoff> {
+        let pair = |[i, j]: [usize; 2]| ([i, j], TextbookModel::learn(window.clone().map(|x| [x[i], x[j]].into())));
         let low_pass = Coefficients::from_params(Type::LowPass, rate_hz.hz(), cutoff_hz.hz(), Q_BUTTERWORTH_F32);
         let filter = DirectForm2Transposed::new(low_pass.map_err(|_| BadCutoff)?);
         Ok(TextbookMonitor {
-            full: TextbookModel::learn(&full),
+            full: TextbookModel::learn(window.clone().map(SVector::from)),
             pairs: [pair([0, 1]), pair([1, 2]), pair([0, 2])],
             filters: [filter; 4],
             up: [false; 4],

@@ -56,6 +56,26 @@ pub fn compiler() -> Result<String, String> {
     printed(&rustc, &["--version"]).ok_or_else(|| format!("{} does not say its version", rustc.display()))
 }
 
+/// Compiles a file of C for the target; none when the compiler is not installed.
+///
+/// # Errors
+/// What the compiler says.
+pub fn compile_c(source: &Path) -> Result<Option<PathBuf>, String> {
+    let directory = workspace().join("target/firmware");
+    std::fs::create_dir_all(&directory).map_err(|error| format!("{}: {error}", directory.display()))?;
+    let object = directory.join(source.file_name().unwrap_or_default()).with_extension("o");
+    let mut command = clean(Path::new("arm-none-eabi-gcc"));
+    command
+        .args(["-std=c11", "-Wall", "-Wextra", "-Werror", "-ffreestanding", "-O3"])
+        .args(["-mcpu=cortex-m4", "-mthumb", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard", "-c", "-o"])
+        .args([&object, source]);
+    let Ok(output) = command.output() else { return Ok(None) };
+    if !output.status.success() {
+        return Err(format!("{} does not compile:\n{}", source.display(), String::from_utf8_lossy(&output.stderr)));
+    }
+    Ok(Some(object))
+}
+
 /// The first toolchain that can build for a target.
 fn find(target: &str) -> Result<Toolchain, String> {
     let active = ("cargo", "rustc");

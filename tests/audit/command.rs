@@ -7,6 +7,7 @@ use clap::Parser;
 use serde::Serialize;
 
 use super::budgets::{self, Budgets, Judged, Standing};
+use super::cycle_audit::{self, Kernels};
 use super::image_audit::{self, Audited, Vectors};
 use super::images::IMAGES;
 use super::print;
@@ -25,7 +26,7 @@ Examples:
 
 Exit codes: 0 within budgets and nothing forbidden, 1 over a budget or something forbidden, 2 could not audit.";
 
-/// Audits the linked firmware: memory, stack, and what must not be in it.
+/// Audits the linked firmware: memory, stack, time, and what must not be in it.
 #[derive(Debug, Parser)]
 #[command(name = "audit", version, about, after_help = EXAMPLES)]
 pub struct Options {
@@ -120,6 +121,9 @@ fn of_images(options: &Options, progress: &mut dyn FnMut(&str)) -> Result<Outcom
             reports.extend(beside_the_bound(&audited.name, &elf, &reports)?);
         }
     }
+    progress("building audit-kernels");
+    let kernels = Kernels::build()?;
+    reports.push(cycle_audit::report(&kernels, progress)?);
     let measured: Vec<Figure> = reports.iter().flat_map(|report| report.figures.clone()).collect();
     let mut figures = budgets.judge(&measured, &FAMILIES, &compiler);
     if options.accept {
@@ -140,7 +144,7 @@ fn beside_the_bound(name: &str, elf: &Path, reports: &[Report]) -> Result<Option
 }
 
 /// First words of the names of all figures that this command measures.
-const FAMILIES: [&str; 4] = ["flash", "ram", "size", "stack"];
+const FAMILIES: [&str; 5] = ["flash", "ram", "size", "stack", "time"];
 
 fn accept(path: &Path, figures: &[Judged], compiler: &str) -> Result<(), String> {
     let refused = |what: &str, error: String| format!("{} cannot be {what}: {error}", path.display());

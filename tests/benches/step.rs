@@ -51,7 +51,8 @@ fn step(c: &mut Criterion) {
     });
     group.bench_function("nalgebra and biquad", |b| {
         b.iter(|| {
-            let mut monitor = TextbookMonitor::learn(&window[..100], 1.0, RATE_HZ, THRESHOLD).expect("a good cutoff");
+            let mut monitor =
+                TextbookMonitor::learn(window[..100].iter().copied(), 1.0, RATE_HZ, THRESHOLD).expect("a good cutoff");
             judged.iter().for_each(|x| {
                 black_box(monitor.step(*x));
             });
@@ -73,7 +74,7 @@ fn window(c: &mut Criterion) {
         });
     });
     group.bench_function("nalgebra, two passes", |b| {
-        b.iter(|| black_box(TextbookMonitor::learn(window, 1.0, RATE_HZ, THRESHOLD)));
+        b.iter(|| black_box(TextbookMonitor::learn(window.iter().copied(), 1.0, RATE_HZ, THRESHOLD)));
     });
     group.finish();
 
