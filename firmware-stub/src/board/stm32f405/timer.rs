@@ -33,7 +33,13 @@ impl Clock {
 }
 
 /// The sampling timer: an update interrupt at a fixed rate.
-pub struct SamplingTimer(pac::TIM2);
+pub struct SamplingTimer {
+    timer: pac::TIM2,
+    /// Ticks in one slot.
+    period: u32,
+    /// The clock when it began.
+    begun: u32,
+}
 
 impl SamplingTimer {
     /// Ticks in one slot at a rate.
@@ -44,18 +50,23 @@ impl SamplingTimer {
 
     /// Starts it.
     #[must_use]
-    pub fn start(timer: pac::TIM2, rate_hz: u32) -> Self {
+    pub fn start(timer: pac::TIM2, rate_hz: u32, clock: &Clock) -> Self {
         timer.psc().write(|w| w.psc().set(PRESCALER));
         timer.arr().write(|w| w.arr().set(Self::period(rate_hz) - 1));
         timer.egr().write(|w| w.ug().set_bit());
         timer.sr().modify(|_, w| w.uif().clear());
         timer.dier().modify(|_, w| w.uie().enabled());
         timer.cr1().modify(|_, w| w.cen().set_bit());
-        SamplingTimer(timer)
+        SamplingTimer { timer, period: Self::period(rate_hz).max(1), begun: clock.now() }
     }
 
-    /// Takes note that the interrupt has come.
-    pub fn acknowledge(&mut self) {
-        self.0.sr().modify(|_, w| w.uif().clear());
+    /// Takes note that the interrupt has come, at `now` of the clock.
+    pub fn acknowledge(&mut self, now: u32) {
+        self.timer.sr().modify(|_, w| w.uif().clear());
+        if cfg!(feature = "emulated") {
+            // QEMU's timer does not begin again at zero by itself.
+            let since = now.wrapping_sub(self.begun).checked_rem(self.period).unwrap_or_default();
+            self.timer.cnt().write(|w| w.cnt().set(since));
+        }
     }
 }
