@@ -16,7 +16,7 @@ const THRESHOLDS: Bank<f32> =
 pub const fn default_motor() -> Config {
     let paper = Config::paper(SAMPLE_RATE_HZ as f32, THRESHOLDS);
     if cfg!(feature = "emulated") {
-        // QEMU's model of TIM2 loses its beat after 4.7 s, so that run is a short one.
+        // QEMU's converters count instead of measuring, so a short run shows as much as a long one.
         return Config { settle_s: 0.5, learn_s: 1.0, ..paper };
     }
     paper

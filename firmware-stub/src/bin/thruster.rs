@@ -91,7 +91,7 @@ mod app {
             report: Report::new(&config),
             watchdog,
             deadline: Deadline::new(PERIOD, PERIOD / 2),
-            timer: SamplingTimer::start(chip.TIM2, SAMPLE_RATE_HZ, &clock),
+            timer: SamplingTimer::start(chip.TIM2, SAMPLE_RATE_HZ),
             clock,
         };
         defmt::println!("sampling at {=u32} Hz, clock of {=u32} Hz", SAMPLE_RATE_HZ, TICKS_PER_SECOND);
@@ -102,9 +102,8 @@ mod app {
            local = [timer, clock, deadline, encoder, converter, ranges, output])]
     fn sample(cx: sample::Context) {
         let sample::LocalResources { timer, clock, deadline, encoder, converter, ranges, output, .. } = cx.local;
-        let now = clock.now();
-        let slot = deadline.enter(now);
-        timer.acknowledge(now);
+        let slot = deadline.enter(clock.now());
+        timer.acknowledge();
         let read = || match (encoder.speed(), converter.read()) {
             (speed, Some((armature_current, armature_voltage))) => {
                 Reading::Taken(ranges.admit(Sample { speed, armature_current, armature_voltage }))

@@ -33,13 +33,10 @@ impl Clock {
 }
 
 /// The sampling timer: an update interrupt at a fixed rate.
-pub struct SamplingTimer {
-    timer: pac::TIM2,
-    /// Ticks in one slot.
-    period: u32,
-    /// The clock when it began.
-    begun: u32,
-}
+pub struct SamplingTimer(pac::TIM2);
+
+/// Update events in one slot. QEMU's timer takes two of its periods from one event to the next.
+const PERIODS: u32 = if cfg!(feature = "emulated") { 2 } else { 1 };
 
 impl SamplingTimer {
     /// Ticks in one slot at a rate.
@@ -50,23 +47,18 @@ impl SamplingTimer {
 
     /// Starts it.
     #[must_use]
-    pub fn start(timer: pac::TIM2, rate_hz: u32, clock: &Clock) -> Self {
+    pub fn start(timer: pac::TIM2, rate_hz: u32) -> Self {
         timer.psc().write(|w| w.psc().set(PRESCALER));
-        timer.arr().write(|w| w.arr().set(Self::period(rate_hz) - 1));
+        timer.arr().write(|w| w.arr().set((Self::period(rate_hz) / PERIODS).saturating_sub(1)));
         timer.egr().write(|w| w.ug().set_bit());
         timer.sr().modify(|_, w| w.uif().clear());
         timer.dier().modify(|_, w| w.uie().enabled());
         timer.cr1().modify(|_, w| w.cen().set_bit());
-        SamplingTimer { timer, period: Self::period(rate_hz).max(1), begun: clock.now() }
+        SamplingTimer(timer)
     }
 
-    /// Takes note that the interrupt has come, at `now` of the clock.
-    pub fn acknowledge(&mut self, now: u32) {
-        self.timer.sr().modify(|_, w| w.uif().clear());
-        if cfg!(feature = "emulated") {
-            // QEMU's timer does not begin again at zero by itself.
-            let since = now.wrapping_sub(self.begun).checked_rem(self.period).unwrap_or_default();
-            self.timer.cnt().write(|w| w.cnt().set(since));
-        }
+    /// Takes note that the interrupt has come.
+    pub fn acknowledge(&mut self) {
+        self.0.sr().modify(|_, w| w.uif().clear());
     }
 }
