@@ -75,10 +75,10 @@ fn the_thruster_firmware_learns_monitors_and_answers_on_the_emulated_stm32f405()
         .counting_instructions()
         .within(Duration::from_secs(30))
         .with(&["-serial", "null", "-serial", "null", "-serial", &serial]);
-    let mut asked = false;
+    let mut asked = None;
     let log = run.watch(|log| {
         let has = |what: &str| log.iter().any(|line| line.contains(what));
-        if has("s: Monitoring") && !asked {
+        if has("s: Monitoring") && asked.is_none() {
             asked = ask(&line, b"cvs");
         }
         has("armature voltage") && has("slots turned away") && has("contributions")
@@ -89,9 +89,10 @@ fn the_thruster_firmware_learns_monitors_and_answers_on_the_emulated_stm32f405()
     assert!(places.is_sorted() && places[0].is_some(), "{places:?}");
 }
 
-/// Sends bytes over the emulated serial line; whether that worked.
-fn ask(line: &Path, requests: &[u8]) -> bool {
-    UnixStream::connect(line).is_ok_and(|mut line| line.write_all(requests).is_ok())
+/// Sends bytes over the emulated serial line. Closed at once, it would lose them, so whoever asks holds it open.
+fn ask(line: &Path, requests: &[u8]) -> Option<UnixStream> {
+    let mut line = UnixStream::connect(line).ok()?;
+    line.write_all(requests).ok().map(|()| line)
 }
 
 #[test]

@@ -102,8 +102,8 @@ mod app {
            local = [timer, clock, deadline, encoder, converter, ranges, output])]
     fn sample(cx: sample::Context) {
         let sample::LocalResources { timer, clock, deadline, encoder, converter, ranges, output, .. } = cx.local;
-        let slot = deadline.enter(clock.now());
         timer.acknowledge();
+        let slot = deadline.enter(clock.now());
         let read = || match (encoder.speed(), converter.read()) {
             (speed, Some((armature_current, armature_voltage))) => {
                 Reading::Taken(ranges.admit(Sample { speed, armature_current, armature_voltage }))
