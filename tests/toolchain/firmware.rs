@@ -97,6 +97,8 @@ impl<'a> Firmware<'a> {
             .env("CARGO", &toolchain.cargo)
             .env("RUSTC", &toolchain.rustc)
             .env("RUSTFLAGS", format!("-Clinker={} -Ctarget-cpu={}", linker.display(), self.cpu))
+            // The workspace's own settings for the target are those of the real board.
+            .env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", &linker)
             .env("DEFMT_LOG", "info")
             .env("PATH", path_with(&linkers()))
             .args([verb, "--release", "--locked", "--target", self.target, "--target-dir"])

@@ -77,6 +77,7 @@ mod app {
         let (sent, received) = cx.local.bytes.split();
         let mut watchdog = IndependentWatchdog::new(chip.IWDG);
         watchdog.start(WATCHDOG_MS.millis());
+        let clock = Clock::start(chip.TIM5);
         let shared = Shared { sampling: Sampling::new(monitor, notes), set_point: RadPerSec(0.0) };
         let local = Local {
             encoder: Encoder::start(chip.TIM4, SAMPLE_RATE_HZ),
@@ -89,9 +90,9 @@ mod app {
             background: Background::new(heard, config.explained_share),
             report: Report::new(&config),
             watchdog,
-            clock: Clock::start(chip.TIM5),
             deadline: Deadline::new(PERIOD, PERIOD / 2),
             timer: SamplingTimer::start(chip.TIM2, SAMPLE_RATE_HZ),
+            clock,
         };
         defmt::println!("sampling at {=u32} Hz, clock of {=u32} Hz", SAMPLE_RATE_HZ, TICKS_PER_SECOND);
         (shared, local)
@@ -101,8 +102,8 @@ mod app {
            local = [timer, clock, deadline, encoder, converter, ranges, output])]
     fn sample(cx: sample::Context) {
         let sample::LocalResources { timer, clock, deadline, encoder, converter, ranges, output, .. } = cx.local;
-        let slot = deadline.enter(clock.now());
         timer.acknowledge();
+        let slot = deadline.enter(clock.now());
         let read = || match (encoder.speed(), converter.read()) {
             (speed, Some((armature_current, armature_voltage))) => {
                 Reading::Taken(ranges.admit(Sample { speed, armature_current, armature_voltage }))

@@ -32,7 +32,7 @@ impl Encoder {
 
     /// Speed over the slot that ends now.
     pub fn speed(&mut self) -> RadPerSec {
-        let now = self.timer.cnt().read().cnt().bits() as u16;
+        let now = self.timer.cnt().read().cnt().bits();
         let edges = now.wrapping_sub(self.before).cast_signed();
         self.before = now;
         scale::speed(edges, self.rate_hz)
