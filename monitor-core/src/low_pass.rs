@@ -8,7 +8,8 @@
 //!
 //! What is left is the state's own rounding: an increment below half a unit in the last place of the state is lost, so
 //! an output comes to rest up to 1.4e-8 fs/fc short of its input (1e-4 at fc/fs = 1.3e-4), relative to it. [`Compensated`]
-//! carries what is lost, and has no such limit; `NUMERICS.md` ([`crate::numerics`]) has the figures of each form.
+//! carries what is lost, and has no such limit; `NUMERICS.md` ([`crate::numerics`]) has the figures of each form, which
+//! reach up to fc/fs = 0.45: towards 0.5 the poles approach z = -1, and rounding rings there for as long as they do.
 //!
 //! # At start-up, or in flash
 //! The designs are `const fn`s of a dozen multiplications and two divisions, in single precision, without trigonometry. A

@@ -185,18 +185,16 @@ fn largest_output<S: Smoother>(filter: &S, amplitude: f32) -> f32 {
 #[test]
 fn a_bounded_input_gives_a_bounded_output_from_the_smallest_subnormal_to_1e30() {
     for amplitude in [1e-45, 1e-39, 1e-20, 1.0, 1e30_f32] {
-        for cutoff in [1e-6, 5e-5, 0.01, 0.25, 0.45, 0.499_999_9] {
+        for cutoff in [1e-6, 5e-5, 0.01, 0.25, 0.45, 0.49] {
             let (second, first) = designs(cutoff);
-            // A second-order Butterworth step overshoots by 4.3 %, alternating steps in time with it by twice that; and
-            // increments of subnormals are whole subnormals, of which a fast filter takes up to nine times one.
+            // The sum of |h[k]|: up to fc/fs = 1/4 the first order does not overshoot; above it rings at half the rate.
+            let [of_second, of_first] = if cutoff <= 0.25 { [1.3, 1.000_01] } else { [2.5, 2.0] };
+            // Increments of subnormals are whole subnormals, of which a fast filter takes up to nine times one.
             let unit = 16.0 * f32::from_bits(1);
             let outputs = [largest_output(&second, amplitude), largest_output(&Compensated(second), amplitude)];
-            assert!(outputs.iter().all(|y| *y <= 1.25 * amplitude + unit), "{outputs:?} of {amplitude:e} at {cutoff}");
+            assert!(outputs.iter().all(|y| *y <= of_second * amplitude + unit), "{outputs:?}, {amplitude:e}, {cutoff}");
             let outputs = [largest_output(&first, amplitude), largest_output(&Compensated(first), amplitude)];
-            assert!(
-                outputs.iter().all(|y| *y <= 1.000_01 * amplitude + unit),
-                "{outputs:?} of {amplitude:e} at {cutoff}"
-            );
+            assert!(outputs.iter().all(|y| *y <= of_first * amplitude + unit), "{outputs:?}, {amplitude:e}, {cutoff}");
         }
     }
 }
