@@ -1,11 +1,18 @@
 //! Builds the firmware and runs it in emulation, with what a machine happens to have.
 //!
 //! A developer's rustup has the target installed; a bare Debian machine can build `core` from the sources its own
-//! packages bring. [`build`] tries in that order and says what is missing when neither works. Nothing is downloaded.
+//! packages bring. [`Firmware::build`] tries in that order and says what is missing when neither works. Nothing is
+//! downloaded.
+
+mod emulator;
+mod firmware;
 
 use std::env;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+
+pub use emulator::{Board, Run, decoded, emulate};
+pub use firmware::{Firmware, Unit};
 
 /// The target of the firmware: Cortex-M4F with hardware floating point.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
@@ -37,92 +44,24 @@ pub fn workspace() -> PathBuf {
 /// # Errors
 /// What is missing or went wrong, and what helps.
 pub fn build(binary: &str) -> Result<PathBuf, String> {
-    let toolchain = find()?;
-    // A directory of its own: the outer cargo holds the lock of the other one.
-    let directory = workspace().join("target/firmware");
-    let linker = toolchain.linker.display();
-    let flags = format!(
-        "-Clink-arg=-Tlink.x -Clink-arg=-Tdefmt.x -Clink-arg=--defsym=_board_qemu=1 -Clinker={linker} -Ctarget-cpu=cortex-m4"
-    );
-    let mut command = clean(&toolchain.cargo);
-    command
-        .current_dir(workspace())
-        .env("RUSTC", &toolchain.rustc)
-        .env("RUSTFLAGS", flags)
-        .env("DEFMT_LOG", "info")
-        .args(["build", "--release", "--locked", "-p", "firmware-stub", "--features", "board-qemu", "--bin", binary])
-        .args(["--target", TARGET, "--target-dir"])
-        .arg(&directory);
-    if toolchain.build_std {
-        // Building `core` is a nightly feature of cargo; the bootstrap switch is how a distribution's compiler allows it.
-        command.env("RUSTC_BOOTSTRAP", "1").arg("-Zbuild-std=core");
-    }
-    let output = run(&mut command)?;
-    if !output.status.success() {
-        return Err(format!("the firmware does not build:\n{}", String::from_utf8_lossy(&output.stderr)));
-    }
-    Ok(directory.join(TARGET).join("release").join(binary))
+    Firmware::emulated(binary).build()
 }
 
-/// An emulated board: same memory map, same firmware, another core.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Board {
-    /// QEMU's `mps2-an386`: Cortex-M4F.
-    CortexM4,
-    /// QEMU's `mps2-an500`: Cortex-M7.
-    CortexM7,
-}
-
-/// Runs an ELF file on an emulated board, its files in `directory`. Returns the `defmt` frames it logged.
+/// The compiler that builds firmware, as it names itself.
 ///
 /// # Errors
-/// What is missing, or what the board said when its exit code was not zero.
-pub fn emulate(board: Board, elf: &Path, directory: &Path) -> Result<Vec<u8>, String> {
-    let (machine, core) = match board {
-        Board::CortexM4 => ("mps2-an386", "cortex-m4"),
-        Board::CortexM7 => ("mps2-an500", "cortex-m7"),
-    };
-    let mut command = clean(Path::new("qemu-system-arm"));
-    command
-        .current_dir(directory)
-        .args(["-machine", machine, "-cpu", core, "-nographic", "-monitor", "none", "-serial", "none"])
-        .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
-        .arg(elf);
-    let output =
-        run(&mut command).map_err(|error| format!("{error}; install it with: apt-get install qemu-system-arm"))?;
-    if output.status.success() {
-        return Ok(output.stdout);
-    }
-    let said = [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned()).concat();
-    Err(format!("the board left with {}: {said}", output.status))
+/// No toolchain can build for the target.
+pub fn compiler() -> Result<String, String> {
+    let rustc = find(TARGET)?.rustc;
+    printed(&rustc, &["--version"]).ok_or_else(|| format!("{} does not say its version", rustc.display()))
 }
 
-/// The lines that `defmt` frames of a firmware say.
-///
-/// # Errors
-/// When the ELF file has no `defmt` table or the frames are not its own.
-pub fn decoded(elf: &Path, frames: &[u8]) -> Result<Vec<String>, String> {
-    let bytes = std::fs::read(elf).map_err(|error| error.to_string())?;
-    let table = defmt_decoder::Table::parse(&bytes).map_err(|error| error.to_string())?;
-    let table = table.ok_or("the firmware has no defmt table")?;
-    let mut decoder = table.new_stream_decoder();
-    decoder.received(frames);
-    let mut lines = Vec::new();
-    loop {
-        match decoder.decode() {
-            Ok(frame) => lines.push(frame.display_message().to_string()),
-            Err(defmt_decoder::DecodeError::UnexpectedEof) => return Ok(lines),
-            Err(error) => return Err(error.to_string()),
-        }
-    }
-}
-
-/// The first toolchain that can build for the target.
-fn find() -> Result<Toolchain, String> {
+/// The first toolchain that can build for a target.
+fn find(target: &str) -> Result<Toolchain, String> {
     let active = ("cargo", "rustc");
     for (cargo, rustc) in [active, DEBIAN] {
         let (cargo, rustc) = (PathBuf::from(cargo), PathBuf::from(rustc));
-        let build_std = !has_core(&rustc);
+        let build_std = !has_core(&rustc, target);
         if build_std && !has_source(&rustc) {
             continue;
         }
@@ -131,13 +70,13 @@ fn find() -> Result<Toolchain, String> {
         }
     }
     Err(format!(
-        "no toolchain here can build for {TARGET}: run `rustup target add {TARGET}`, or on Debian \
+        "no toolchain here can build for {target}: run `rustup target add {target}`, or on Debian \
          `apt-get install rustc-web cargo-web rust-web-src lld-19`"
     ))
 }
 
-fn has_core(rustc: &Path) -> bool {
-    let library = printed(rustc, &["--print", "target-libdir", "--target", TARGET]);
+fn has_core(rustc: &Path, target: &str) -> bool {
+    let library = printed(rustc, &["--print", "target-libdir", "--target", target]);
     let entries = library.and_then(|directory| std::fs::read_dir(directory).ok());
     entries.is_some_and(|entries| {
         entries.flatten().any(|entry| entry.file_name().to_string_lossy().starts_with("libcore-"))

@@ -1,29 +1,34 @@
-//! Wiring of [`monitor_core`] for a thruster controller board.
+//! Wiring of [`monitor_core`] for a thruster controller board. Everything that computes is in the core.
 //!
-//! **Not yet a product.** What stands: the call that every board's sampling interrupt makes ([`on_sample`]), the records
-//! that a host and an emulated board exchange ([`record`]), and a firmware for QEMU's Cortex-M4F (feature `board-qemu`)
-//! that flies whole missions and logs by `defmt`, so that host and target can be compared bit for bit. Still to come: the
-//! sampling interrupt with its queue, the fault handlers, and the STM32F405 board.
+//! In the order in which a sample passes: which [slot](deadline) of the sampling clock the interrupt belongs to, what the
+//! [interrupt](sampling) does with it, what the [main loop](background) does at leisure, what can be [asked](request) of
+//! it, how it is [reported](report), and [how a run can end](fault). Beside them stand the [records](record) that a host
+//! and an emulated board exchange, and the boards, of which a build has at most one.
 
 #![no_std]
+#![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
 
-pub mod record;
+#[cfg(all(feature = "board-qemu", feature = "board-stm32f405"))]
+compile_error!("a firmware is for one board: choose either the feature board-qemu or the feature board-stm32f405");
+#[cfg(all(feature = "emulated", not(feature = "board-stm32f405")))]
+compile_error!("the feature emulated belongs to the feature board-stm32f405; board-qemu is emulated anyway");
+#[cfg(all(feature = "pll", feature = "emulated"))]
+compile_error!("the emulator has no clock tree: choose either the feature pll or the feature emulated");
+#[cfg(all(feature = "board", not(any(feature = "board-qemu", feature = "board-stm32f405"))))]
+compile_error!("no board is chosen: enable the feature board-qemu or the feature board-stm32f405");
+
+pub mod deadline;
+pub mod sampling;
+pub mod background;
+pub mod request;
 #[cfg(feature = "defmt")]
 pub mod report;
+pub mod fault;
+pub mod record;
+pub mod settings;
+pub mod scale;
+#[cfg(feature = "board")]
+pub mod board;
 
-use monitor_core::units::RadPerSec;
-use monitor_core::{Monitor, Sample, Verdict};
-
-/// What the sampling interrupt does with one sample: judge it, and drive the fault output.
-///
-/// `drive_fault_output` is given `true` while any relay is up.
-pub fn on_sample(
-    monitor: &mut Monitor,
-    set_point: RadPerSec,
-    sample: Sample,
-    drive_fault_output: impl FnOnce(bool),
-) -> Verdict {
-    let verdict = *monitor.step(set_point, sample);
-    drive_fault_output(verdict.relays().any());
-    verdict
-}
+pub use background::{Background, Shared};
+pub use sampling::{Reading, Sampling};

@@ -1,9 +1,11 @@
 //! What host and emulated board tell each other: words of 32 bits, little endian, of fixed size per record.
 //!
-//! Host to board: one [`Header`], then as many records as it announces: samples (4 words) or symmetric matrices
-//! (6 words). Board to host: for each sample the verdict (7 words), for each matrix the decomposition (13 words).
-//! Floating-point numbers travel as their bits, so equality means equality of every bit.
+//! Host to board: one [`Header`], then as many records as it announces: slots of the sampling clock (5 words) or symmetric
+//! matrices (6 words), in chunks of [`CHUNK`] records (the last may be shorter). A check word ([`check_word`]) follows the
+//! header and every chunk. Board to host: for each slot the verdict (7 words), for each matrix the decomposition (13
+//! words). Floating-point numbers travel as their bits, so equality means equality of every bit.
 
+use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use monitor_core::eigen::ClosedFormEigen;
 use monitor_core::localize::{Diagnosis, Fault};
 use monitor_core::sample::{Bank, ModelId, PerPair};
@@ -12,10 +14,13 @@ use monitor_core::verdict::{Absence, Rejected};
 use monitor_core::{Config, Phase, Sample, Verdict};
 use nalgebra::Matrix3;
 
-/// Words of a header, of a sample with its set point, of a verdict, of a matrix and of a decomposition.
+use crate::request::Request;
+use crate::sampling::Reading;
+
+/// Words of a header, of a slot, of a verdict, of a matrix and of a decomposition.
 pub const HEADER_WORDS: usize = 14;
 /// See [`HEADER_WORDS`].
-pub const SAMPLE_WORDS: usize = 4;
+pub const SLOT_WORDS: usize = 5;
 /// See [`HEADER_WORDS`].
 pub const VERDICT_WORDS: usize = 7;
 /// See [`HEADER_WORDS`].
@@ -23,8 +28,23 @@ pub const MATRIX_WORDS: usize = 6;
 /// See [`HEADER_WORDS`].
 pub const EIGEN_WORDS: usize = 13;
 
+/// Records between two check words: a semihosting call costs far more than a step.
+pub const CHUNK: usize = 64;
+
 /// "TFM" and the version of this format.
-const MAGIC: u32 = u32::from_le_bytes(*b"TFM1");
+const MAGIC: u32 = u32::from_le_bytes(*b"TFM2");
+
+/// The check that Ethernet and zlib use; without a table, because a board has little flash and this is not for its
+/// interrupt.
+const CHECK: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
+
+/// The check word of a header or of a chunk of records: CRC-32 of its bytes as they travel.
+#[must_use]
+pub fn check_word(words: &[u32]) -> u32 {
+    let mut digest = CHECK.digest();
+    words.iter().for_each(|word| digest.update(&word.to_le_bytes()));
+    digest.finalize()
+}
 
 /// What the records behind a header are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,19 +127,64 @@ impl Header {
     }
 }
 
-/// A sample and its set point as words.
-#[must_use]
-pub fn sample_to_words(set_point: RadPerSec, sample: Sample) -> [u32; SAMPLE_WORDS] {
-    [set_point.0, sample.speed.0, sample.armature_current.0, sample.armature_voltage.0].map(f32::to_bits)
+/// What reaches the board in one slot of the sampling clock.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arrival {
+    /// The set point that stands.
+    pub set_point: RadPerSec,
+    /// The sample, or why there is none.
+    pub reading: Reading,
+    /// What is asked of the main loop after this slot.
+    pub request: Option<Request>,
 }
 
-/// Reads a sample and its set point.
-#[must_use]
-pub fn sample_from_words(words: [u32; SAMPLE_WORDS]) -> (RadPerSec, Sample) {
-    let [set_point, speed, current, voltage] = words.map(f32::from_bits);
-    let sample =
-        Sample { speed: RadPerSec(speed), armature_current: Amperes(current), armature_voltage: Volts(voltage) };
-    (RadPerSec(set_point), sample)
+impl Arrival {
+    /// A sample in time, and nothing asked.
+    #[must_use]
+    pub const fn sample(set_point: RadPerSec, sample: Sample) -> Self {
+        Arrival { set_point, reading: Reading::Taken(sample), request: None }
+    }
+
+    /// The slot as words: flags, set point, and the three channels.
+    #[must_use]
+    pub fn to_words(self) -> [u32; SLOT_WORDS] {
+        let (arrival, sample) = match self.reading {
+            Reading::Taken(sample) => (0, sample),
+            Reading::Absent(Absence::Late) => (1, Sample::default()),
+            Reading::Absent(Absence::Missing) => (2, Sample::default()),
+        };
+        let request = match self.request {
+            Some(Request::Contributions) => 1,
+            Some(Request::Statistics) => 2,
+            Some(Request::Verdict) => 3,
+            // A mission's set points are part of its slots.
+            None | Some(Request::SetPoint(_)) => 0,
+        };
+        let [speed, current, voltage] = <[f32; 3]>::from(sample).map(f32::to_bits);
+        [arrival | request << 8, self.set_point.0.to_bits(), speed, current, voltage]
+    }
+
+    /// Reads a slot; none when the words are not one.
+    #[must_use]
+    pub fn from_words([flags, numbers @ ..]: [u32; SLOT_WORDS]) -> Option<Self> {
+        let [set_point, speed, current, voltage] = numbers.map(f32::from_bits);
+        let sample =
+            Sample { speed: RadPerSec(speed), armature_current: Amperes(current), armature_voltage: Volts(voltage) };
+        let reading = match flags & 0xff {
+            0 => Reading::Taken(sample),
+            1 => Reading::Absent(Absence::Late),
+            2 => Reading::Absent(Absence::Missing),
+            _ => return None,
+        };
+        let request = match flags >> 8 {
+            0 => None,
+            1 => Some(Request::Contributions),
+            2 => Some(Request::Statistics),
+            3 => Some(Request::Verdict),
+            _ => return None,
+        };
+        Some(Arrival { set_point: RadPerSec(set_point), reading, request })
+    }
 }
 
 /// A verdict as words: what stands, since when, and the bits of the residuals (all ones where nothing was judged).
@@ -189,8 +254,28 @@ mod tests {
     }
 
     #[test]
-    fn a_sample_is_read_as_it_was_written() {
+    fn a_slot_is_read_as_it_was_written_and_flags_of_no_meaning_are_refused() {
         let sample = Sample { speed: RadPerSec(1.0), armature_current: Amperes(-2.0), armature_voltage: Volts(3.5) };
-        assert_eq!(sample_from_words(sample_to_words(RadPerSec(300.0), sample)), (RadPerSec(300.0), sample));
+        let slot = Arrival::sample(RadPerSec(300.0), sample);
+        let late = Arrival { reading: Reading::Absent(Absence::Late), request: Some(Request::Verdict), ..slot };
+        let missing =
+            Arrival { reading: Reading::Absent(Absence::Missing), request: Some(Request::Statistics), ..slot };
+        for slot in [slot, late, missing, Arrival { request: Some(Request::Contributions), ..slot }] {
+            assert_eq!(Arrival::from_words(slot.to_words()), Some(slot));
+        }
+        assert_eq!(Arrival::from_words([3, 0, 0, 0, 0]), None);
+        assert_eq!(Arrival::from_words([4 << 8, 0, 0, 0, 0]), None);
+    }
+
+    #[test]
+    fn the_check_word_is_the_crc_of_the_bytes_and_moves_with_every_bit() {
+        // The catalogue's check of "123456789", here without its last byte: zlib.crc32(b"12345678").
+        let words = [u32::from_le_bytes(*b"1234"), u32::from_le_bytes(*b"5678")];
+        assert_eq!(check_word(&words), 0x9ae0_daaf);
+        for bit in 0..64 {
+            let mut other = words;
+            other[bit / 32] ^= 1 << (bit % 32);
+            assert_ne!(check_word(&other), check_word(&words), "bit {bit}");
+        }
     }
 }

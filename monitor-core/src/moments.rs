@@ -7,6 +7,9 @@
 //! - a block of 64 samples is summed on its own before it joins the total, so the rounding error of a long window grows
 //!   with the number of blocks and not with the number of samples (Chan, Golub, LeVeque 1983, shifted and pairwise);
 //! - no division per sample.
+//!
+//! Windows can be merged, and can forget: every way to weight samples shares these sums. To keep spikes out, clip a sample
+//! before it is pushed ([`Clip`]).
 
 use nalgebra::{SMatrix, SVector};
 
@@ -44,7 +47,7 @@ impl From<PcaError> for LearnError {
     }
 }
 
-/// Sums of deviations from the shift and of their products; of the products, the lower triangle is kept.
+/// Sums of deviations from a shift and of their products; of the products, the lower triangle is kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Sums<const N: usize> {
     first: [f32; N],
@@ -62,6 +65,23 @@ impl<const N: usize> Sums<N> {
             *a += b;
         }
     }
+
+    fn scale(&mut self, factor: f32) {
+        self.first.iter_mut().chain(self.second.iter_mut().flatten()).for_each(|sum| *sum *= factor);
+    }
+
+    /// The same sums, of `n` samples, for a shift that has `moved`.
+    fn recentre(&mut self, n: f32, moved: [f32; N]) {
+        let first = self.first;
+        for ((row, m_i), s_i) in self.second.iter_mut().zip(moved).zip(first) {
+            for ((product, m_j), s_j) in row.iter_mut().zip(moved).zip(first) {
+                *product += n * m_i * m_j - m_i * s_j - s_i * m_j;
+            }
+        }
+        for (sum, m) in self.first.iter_mut().zip(moved) {
+            *sum -= n * m;
+        }
+    }
 }
 
 /// Online moments of `N` channels.
@@ -72,8 +92,12 @@ pub struct Moments<const N: usize> {
     total: Sums<N>,
     /// Slots of the window so far, those without a sample included; blocks are counted in slots.
     slots: u32,
-    /// Samples taken.
-    taken: u32,
+    /// Samples in the block.
+    in_block: u32,
+    /// Samples in the total, each by its weight. Blocks of 64 add up without rounding to 2^30.
+    weight: f32,
+    /// Whether the shift is a mean already, and the total has begun.
+    centred: bool,
 }
 
 /// What a learning window says: `mean` (N), `covariance` (N x N, symmetric, 1/(n-1)) of `samples` samples.
@@ -89,7 +113,15 @@ pub struct Statistics<const N: usize> {
 
 impl<const N: usize> Default for Moments<N> {
     fn default() -> Self {
-        Moments { shift: [0.0; N], block: Sums::ZERO, total: Sums::ZERO, slots: 0, taken: 0 }
+        Moments {
+            shift: [0.0; N],
+            block: Sums::ZERO,
+            total: Sums::ZERO,
+            slots: 0,
+            in_block: 0,
+            weight: 0.0,
+            centred: false,
+        }
     }
 }
 
@@ -122,18 +154,18 @@ impl<const N: usize> Moments<N> {
                 }
             }
         }
-        self.taken += u32::from(!held);
-        self.slots += 1;
+        self.in_block += u32::from(!held);
+        self.slots = self.slots.wrapping_add(1);
         if self.slots.is_multiple_of(BLOCK) {
-            self.merge_block();
+            self.flush();
         }
     }
 
-    /// Samples taken so far.
+    /// Samples taken so far; those of a window that forgets count by what is left of their weight.
     #[inline]
     #[must_use]
     pub const fn samples(&self) -> u32 {
-        self.taken
+        self.weight as u32 + self.in_block
     }
 
     /// Slots that have gone by, with and without a sample.
@@ -142,34 +174,67 @@ impl<const N: usize> Moments<N> {
         self.slots
     }
 
+    /// Adds the block to the total.
     #[cold]
     #[inline(never)]
-    fn merge_block(&mut self) {
-        if self.slots == BLOCK {
-            self.recentre_block();
+    fn flush(&mut self) {
+        let n = self.in_block as f32;
+        if !self.centred {
+            // From the first sample, which may be an outlier, to the mean of the first block.
+            let moved = self.move_shift(self.block.first, n);
+            self.block.recentre(n, moved);
+            self.centred = true;
         }
         self.total.add(&self.block);
+        self.weight += n;
         self.block = Sums::ZERO;
+        self.in_block = 0;
     }
 
-    /// Moves the shift from the first sample, which may be an outlier, to the mean of the first block.
-    fn recentre_block(&mut self) {
-        let n = self.taken as f32;
+    /// Moves the shift by the mean of `n` deviations from it; returns by how much, after rounding, so that sums stay exact
+    /// relative to it.
+    fn move_shift(&mut self, first: [f32; N], n: f32) -> [f32; N] {
         let before = self.shift;
-        for (shift, sum) in self.shift.iter_mut().zip(self.block.first) {
+        for (shift, sum) in self.shift.iter_mut().zip(first) {
             *shift += sum / n;
         }
-        // What the shift moved by after rounding, so that the sums stay exact relative to it.
-        let moved = difference(self.shift, before);
-        let first = self.block.first;
-        for ((row, m_i), s_i) in self.block.second.iter_mut().zip(moved).zip(first) {
-            for ((product, m_j), s_j) in row.iter_mut().zip(moved).zip(first) {
-                *product += n * m_i * m_j - m_i * s_j - s_i * m_j;
-            }
+        difference(self.shift, before)
+    }
+
+    /// Adds another window, as if its samples had been pushed here (Chan, Golub, LeVeque 1983, eq. 2.1).
+    pub fn merge(&mut self, other: &Self) {
+        if other.slots == 0 {
+            return;
         }
-        for (sum, m) in self.block.first.iter_mut().zip(moved) {
-            *sum -= n * m;
+        if self.slots == 0 {
+            *self = *other;
+            return;
         }
+        self.flush();
+        let mut other = *other;
+        other.flush();
+        // From its shift to ours.
+        other.total.recentre(other.weight, difference(self.shift, other.shift));
+        self.total.add(&other.total);
+        self.weight += other.weight;
+        self.slots = self.slots.wrapping_add(other.slots);
+    }
+
+    /// Lets everything so far weigh `keep` times what it did. Called once every k samples, this is exponential forgetting
+    /// with a time constant of k/(1 - keep) samples; the mean may then drift, and the shift follows it.
+    ///
+    /// `keep` is clamped to [0, 1]; NaN counts as 0. Under forgetting the covariance divides by the sum of weights less
+    /// one, which is unbiased to within one part in that sum.
+    pub fn forget(&mut self, keep: f32) {
+        if self.samples() == 0 {
+            return;
+        }
+        self.flush();
+        let keep = if keep > 0.0 { keep.min(1.0) } else { 0.0 };
+        let moved = self.move_shift(self.total.first, self.weight);
+        self.total.recentre(self.weight, moved);
+        self.total.scale(keep);
+        self.weight *= keep;
     }
 
     /// Mean and covariance of the window so far.
@@ -183,7 +248,7 @@ impl<const N: usize> Moments<N> {
         }
         let mut sums = self.total;
         sums.add(&self.block);
-        let n = samples as f32;
+        let n = self.weight + self.in_block as f32;
         let mean: [f32; N] = {
             let mut mean = self.shift;
             for (m, sum) in mean.iter_mut().zip(sums.first) {
@@ -250,143 +315,37 @@ fn difference<const N: usize>(mut a: [f32; N], b: [f32; N]) -> [f32; N] {
     a
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
+/// Keeps spikes from what is learned: moves a reading that lies further from a centre than its reach back to the reach
+/// (Huber's psi function).
+///
+/// At a reach of 3 sigma the variance of normal noise comes out 0.5 % too small; at 2 sigma, 8 %.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clip<const N: usize> {
+    centre: [f32; N],
+    reach: [f32; N],
+}
 
-    /// Textbook two-pass moments in `f64`.
-    fn two_pass<const N: usize>(data: &[[f32; N]]) -> ([f64; N], [[f64; N]; N]) {
-        let n = data.len() as f64;
-        let mean: [f64; N] = core::array::from_fn(|i| data.iter().map(|x| f64::from(x[i])).sum::<f64>() / n);
-        let covariance = core::array::from_fn(|i| {
-            core::array::from_fn(|j| {
-                data.iter().map(|x| (f64::from(x[i]) - mean[i]) * (f64::from(x[j]) - mean[j])).sum::<f64>() / (n - 1.0)
-            })
-        });
-        (mean, covariance)
+impl<const N: usize> Clip<N> {
+    /// Clips at `sigmas` standard deviations from the mean of a seeding window.
+    #[must_use]
+    pub fn at(seed: &Statistics<N>, sigmas: f32) -> Self {
+        Clip { centre: seed.mean.into(), reach: (seed.sigma() * sigmas).into() }
     }
 
-    fn learned<const N: usize>(data: &[[f32; N]]) -> Result<Statistics<N>, LearnError> {
-        let mut moments = Moments::<N>::default();
-        data.iter().for_each(|x| moments.push(*x));
-        moments.statistics()
-    }
-
-    /// A reproducible, correlated window around (300, 2, 10), the default motor's operating point.
-    fn window(n: usize) -> Vec<[f32; 3]> {
-        let mut seed = 1_u64;
-        let mut uniform = || {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            (seed >> 40) as f32 / (1 << 24) as f32 - 0.5
-        };
-        (0..n)
-            .map(|_| {
-                let (a, b, c) = (uniform(), uniform(), uniform());
-                [300.0 + 0.2 * a, 2.0 + 0.02 * (a + b), 10.0 + 0.02 * (c - b)]
-            })
-            .collect()
-    }
-
-    extern crate std;
-    use std::vec::Vec;
-
-    #[test]
-    fn moments_agree_with_a_two_pass_f64_reference_at_every_window_length() {
-        for n in [30, 63, 64, 65, 128, 1000, 100_000] {
-            let data = window(n);
-            let (mean, covariance) = two_pass(&data);
-            let found = learned(&data).unwrap();
-            let sigma = [0, 1, 2].map(|i| covariance[i][i].sqrt());
-            for i in 0..3 {
-                assert!((f64::from(found.mean[i]) - mean[i]).abs() < 2e-7 * mean[i].abs() + 1e-4 * sigma[i]);
-            }
-            for (i, j) in [(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2), (0, 1), (0, 2), (1, 2)] {
-                let error = f64::from(found.covariance[(i, j)]) - covariance[i][j];
-                assert!(error.abs() < 1e-4 * sigma[i] * sigma[j], "n {n}, entry {i} {j}: {error:e}");
-            }
+    /// The sample with each reading within its reach, and whether one had to be moved. NaN stays NaN.
+    #[inline]
+    #[must_use]
+    pub fn apply(&self, mut x: [f32; N]) -> ([f32; N], bool) {
+        let mut clipped = false;
+        for ((x, centre), reach) in x.iter_mut().zip(self.centre).zip(self.reach) {
+            let (low, high) = (centre - reach, centre + reach);
+            clipped |= *x < low || *x > high;
+            *x = if *x < low { low } else { *x };
+            *x = if *x > high { high } else { *x };
         }
-    }
-
-    #[test]
-    fn an_outlier_as_first_sample_does_not_cost_digits_of_a_long_window() {
-        let mut data = window(6400);
-        data[0] = [310.0, 2.0, 10.0];
-        let (_, covariance) = two_pass(&data);
-        let found = learned(&data).unwrap();
-        assert!((f64::from(found.covariance[(0, 0)]) / covariance[0][0] - 1.0).abs() < 1e-4);
-    }
-
-    #[test]
-    fn a_window_that_cannot_be_learned_is_refused_and_the_channel_is_named() {
-        assert_eq!(learned(&window(29)), Err(LearnError::TooShort { samples: 29 }));
-        let mut constant = window(100);
-        constant.iter_mut().for_each(|x| x[1] = 2.0);
-        assert_eq!(learned(&constant), Err(LearnError::ConstantChannel(Channel::ArmatureCurrent)));
-        for bad in [f32::NAN, f32::INFINITY, 1e38] {
-            let mut data = window(100);
-            data[70][2] = bad;
-            assert_eq!(learned(&data), Err(LearnError::NonFinite(Channel::ArmatureVoltage)));
-        }
-    }
-
-    #[test]
-    fn a_channel_that_stands_at_zero_or_moves_by_rounding_alone_is_constant() {
-        let mut zero = window(100);
-        zero.iter_mut().for_each(|x| x[2] = 0.0);
-        assert_eq!(learned(&zero), Err(LearnError::ConstantChannel(Channel::ArmatureVoltage)));
-        // One sample in a hundred is off by one unit in the last place of 300.
-        let mut rounded = window(100);
-        rounded.iter_mut().enumerate().for_each(|(k, x)| x[0] = if k == 50 { 300.0_f32.next_up() } else { 300.0 });
-        assert_eq!(learned(&rounded), Err(LearnError::ConstantChannel(Channel::Speed)));
-    }
-
-    #[test]
-    fn correlations_are_covariances_in_units_of_both_sigmas() {
-        let data = window(1000);
-        let (_, covariance) = two_pass(&data);
-        let found = learned(&data).unwrap().correlation();
-        for (i, j) in [(0, 0), (1, 0), (2, 0), (1, 1), (2, 1), (2, 2), (0, 1), (0, 2), (1, 2)] {
-            let exact = covariance[i][j] / (covariance[i][i] * covariance[j][j]).sqrt();
-            assert!((f64::from(found[(i, j)]) - exact).abs() < 1e-4, "{i} {j}: {} for {exact}", found[(i, j)]);
-        }
-        assert!(found[(1, 2)] < -0.4, "the window is correlated, or this would show nothing");
-    }
-
-    #[test]
-    fn two_channels_learn_as_three_do() {
-        let data: Vec<[f32; 2]> = window(500).iter().map(|x| [x[0], x[2]]).collect();
-        let (_, covariance) = two_pass(&data);
-        let found = learned(&data).unwrap();
-        assert!((f64::from(found.covariance[(0, 1)]) - covariance[0][1]).abs() < 1e-7);
-        assert_eq!(found.correlation()[(0, 0)], 1.0);
-    }
-
-    proptest! {
-        #[test]
-        fn shifting_and_scaling_the_data_shifts_and_scales_the_moments(
-            shift in -1e3_f32..1e3, scale in 0.01_f32..100.0, n in 30_usize..300,
-        ) {
-            let data = window(n);
-            let moved: Vec<[f32; 3]> = data.iter().map(|x| x.map(|v| (v - 2.0) * scale + shift)).collect();
-            let (mean, covariance) = two_pass(&moved);
-            let found = learned(&moved).unwrap();
-            for i in 0..3 {
-                let sigma = covariance[i][i].sqrt();
-                prop_assert!((f64::from(found.mean[i]) - mean[i]).abs() <= 2e-7 * mean[i].abs() + 1e-4 * sigma);
-                prop_assert!((f64::from(found.covariance[(i, i)]) / covariance[i][i] - 1.0).abs() < 1e-3);
-            }
-        }
-
-        #[test]
-        fn no_window_of_any_bits_makes_a_panic_or_a_statistic_that_is_not_finite(
-            bits in prop::collection::vec(prop::array::uniform3(any::<u32>()), 0..200),
-        ) {
-            let data: Vec<[f32; 3]> = bits.iter().map(|b| b.map(f32::from_bits)).collect();
-            if let Ok(found) = learned(&data) {
-                prop_assert!(found.mean.iter().all(|m| m.is_finite()));
-                prop_assert!(found.correlation().iter().all(|r| r.abs() <= 1.0));
-            }
-        }
+        (x, clipped)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,72 +1,152 @@
-//! The emulated board: reads a stream of samples from the host's file `mission.in`, writes every verdict to
-//! `mission.out`, and leaves with the exit code 0 when all went well.
+//! The emulated board: reads a stream of slots from the host's file `mission.in`, takes each through the sampling
+//! interrupt, writes every verdict to `mission.out`, and leaves with the exit code 0 when all went well.
 //!
-//! Everything that computes is `monitor-core`; this is wiring.
+//! Everything that computes is `monitor-core`; this is wiring. The sampling interrupt is PendSV, pended once for each
+//! record of the stream; it judges at once, since its priority is above the main loop's.
 
 #![no_std]
 #![no_main]
 
-use core::panic::PanicInfo;
+use core::cell::{Cell, RefCell};
 
-use cortex_m_rt::{ExceptionFrame, entry, exception};
-use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
-use cortex_m_semihosting::nr;
-use defmt_semihosting as _; // the transport of `defmt`
-use firmware_stub::record::{self, EIGEN_WORDS, HEADER_WORDS, Header, Kind, MATRIX_WORDS, SAMPLE_WORDS, VERDICT_WORDS};
-use firmware_stub::{on_sample, report};
-use monitor_core::{EventLog, Monitor, Phase};
+use cortex_m::peripheral::SCB;
+use cortex_m_rt::{entry, exception};
+use critical_section::Mutex;
+use firmware_stub::background::{Background, Shared};
+use firmware_stub::board;
+use firmware_stub::board::host::{self, HostFile};
+use firmware_stub::board::qemu::{FaultOutput, Watchdog, high_water_bytes};
+use firmware_stub::deadline::Slot;
+use firmware_stub::fault::Reason;
+use firmware_stub::record::{
+    Arrival, CHUNK, EIGEN_WORDS, HEADER_WORDS, Header, Kind, MATRIX_WORDS, SLOT_WORDS, VERDICT_WORDS, check_word,
+    eigen_to_words, verdict_to_words,
+};
+use firmware_stub::report::Report;
+use firmware_stub::sampling::{Notes, Sampling};
+use monitor_core::{Config, Monitor, Verdict};
 
-/// Records read and written at once: a semihosting call costs far more than a step.
-const CHUNK: usize = 64;
+/// A main loop that does not come round in this time has stopped, ms of the emulator's clock: a chunk's worth of
+/// semihosting on a busy host stays far below.
+const WATCHDOG_MS: u32 = 20_000;
+
+/// What the interrupt owns: its state, and the output it drives.
+static INTERRUPT: Mutex<RefCell<Option<(Sampling<'static>, FaultOutput)>>> = Mutex::new(RefCell::new(None));
+/// What the host sent for the slot that is due.
+static ARRIVAL: Mutex<Cell<Option<Arrival>>> = Mutex::new(Cell::new(None));
+/// What the interrupt made of it.
+static VERDICT: Mutex<Cell<Option<Verdict>>> = Mutex::new(Cell::new(None));
+
+/// A sentence for the host, ending in a zero byte.
+type Refusal = &'static [u8];
 
 #[entry]
 fn main() -> ! {
-    match fly() {
-        Ok(()) => debug::exit(EXIT_SUCCESS),
-        Err(reason) => leave(reason),
+    let mut watchdog = Watchdog::start(WATCHDOG_MS);
+    match fly(&mut watchdog) {
+        Ok(()) => {
+            // For the audit's stack budget.
+            defmt::println!("STACK_HIGH_WATER_BYTES={=u32}", high_water_bytes());
+            host::leave(true)
+        }
+        Err(refusal) => {
+            host::say(refusal);
+            host::leave(false)
+        }
     }
-    halt()
 }
 
-/// Events between two drains; one sample makes at most nine.
-const EVENTS: usize = 16;
-
 /// Flies what the host sends.
-fn fly() -> Result<(), &'static [u8]> {
-    let input =
-        HostFile::open(b"mission.in\0", HostFile::READ).ok_or(&b"error: mission.in cannot be opened\n\0"[..])?;
-    let output =
-        HostFile::open(b"mission.out\0", HostFile::WRITE).ok_or(&b"error: mission.out cannot be opened\n\0"[..])?;
-    let mut words = [[0_u32; HEADER_WORDS]; 1];
-    let [header] = &mut words;
-    if input.read(core::slice::from_mut(header)) != 1 {
+fn fly(watchdog: &mut Watchdog) -> Result<(), Refusal> {
+    let input = HostFile::to_read(b"mission.in\0").ok_or(&b"error: mission.in cannot be opened\n\0"[..])?;
+    let output = HostFile::to_write(b"mission.out\0").ok_or(&b"error: mission.out cannot be opened\n\0"[..])?;
+    let mut header = [0; HEADER_WORDS];
+    if input.read(&mut header) != HEADER_WORDS {
         return Err(b"error: the stream ends inside its header\n\0");
     }
-    let header = Header::from_words(*header).ok_or(&b"error: the stream is not one of samples or matrices\n\0"[..])?;
+    checked(&input, &header)?;
+    let header = Header::from_words(header).ok_or(&b"error: the stream is not one of slots or matrices\n\0"[..])?;
     match header.kind {
         Kind::Mission => {
-            let mut monitor =
-                Monitor::new(&header.config).map_err(|_| &b"error: the monitor refuses its settings\n\0"[..])?;
-            let thresholds = monitor.thresholds();
-            let mut events = EventLog::<EVENTS>::default();
-            stream(&input, &output, header.records, |words: [u32; SAMPLE_WORDS]| -> [u32; VERDICT_WORDS] {
-                let (set_point, sample) = record::sample_from_words(words);
-                let verdict = on_sample(&mut monitor, set_point, sample, |_| {});
-                events.observe(&verdict);
-                while let Some(event) = events.pop() {
-                    report::event(event, &verdict, &thresholds);
-                }
-                if verdict.phase() == Phase::ModelDue {
-                    // A refusal stands in the verdicts that follow.
-                    let _ = monitor.finish_learning();
-                }
-                record::verdict_to_words(&verdict)
+            let mut loop_ = MainLoop::new(&header.config)?;
+            stream(&input, &output, header.records, |words: [u32; SLOT_WORDS]| {
+                watchdog.feed();
+                loop_.turn(words)
             })
         }
-        Kind::Matrices => stream(&input, &output, header.records, |words: [u32; MATRIX_WORDS]| -> [u32; EIGEN_WORDS] {
-            record::eigen_to_words(words)
-        }),
+        Kind::Matrices => {
+            stream(&input, &output, header.records, |words: [u32; MATRIX_WORDS]| -> Answered<EIGEN_WORDS> {
+                watchdog.feed();
+                Ok(eigen_to_words(words))
+            })
+        }
     }
+}
+
+type Answered<const N: usize> = Result<[u32; N], Refusal>;
+
+/// The main loop of a mission.
+struct MainLoop {
+    background: Background<'static>,
+    report: Report,
+}
+
+impl MainLoop {
+    fn new(config: &Config) -> Result<Self, Refusal> {
+        let refused = &b"error: the monitor refuses its settings\n\0"[..];
+        let monitor = Monitor::new(config).map_err(|_| refused)?;
+        let queue = cortex_m::singleton!(: Notes = Notes::new()).ok_or(refused)?;
+        let (notes, heard) = queue.split();
+        let owned = (Sampling::new(monitor, notes), FaultOutput::safe());
+        critical_section::with(|cs| INTERRUPT.borrow(cs).replace(Some(owned)));
+        Ok(MainLoop { background: Background::new(heard, config.explained_share), report: Report::new(config) })
+    }
+
+    /// One slot: the interrupt judges it, the rest is done at leisure.
+    fn turn(&mut self, words: [u32; SLOT_WORDS]) -> Answered<VERDICT_WORDS> {
+        let arrival = Arrival::from_words(words).ok_or(&b"error: a record of the stream is not a slot\n\0"[..])?;
+        critical_section::with(|cs| ARRIVAL.borrow(cs).set(Some(arrival)));
+        SCB::set_pendsv();
+        cortex_m::asm::isb();
+        let verdict = critical_section::with(|cs| VERDICT.borrow(cs).take());
+        let verdict = verdict.ok_or(&b"error: the sampling interrupt did not come\n\0"[..])?;
+        if let Some(learned) = self.background.learn(&mut Locked) {
+            self.report.learned(learned, self.background.in_vain());
+        }
+        while let Some(note) = self.background.next_note() {
+            self.report.note(note);
+        }
+        if let Some(request) = arrival.request {
+            self.report.answer(self.background.answer(request, &mut Locked));
+        }
+        Ok(verdict_to_words(&verdict))
+    }
+}
+
+/// The interrupt's state, with the interrupt held off.
+struct Locked;
+
+impl Shared<'static> for Locked {
+    fn with<R>(&mut self, f: impl FnOnce(&mut Sampling<'static>) -> R) -> R {
+        critical_section::with(|cs| match INTERRUPT.borrow(cs).try_borrow_mut().as_deref_mut() {
+            Ok(Some((sampling, _))) => f(sampling),
+            _ => board::stop(Reason::Settings),
+        })
+    }
+}
+
+/// The sampling interrupt.
+#[exception]
+fn PendSV() {
+    critical_section::with(|cs| {
+        let (Ok(mut owned), Some(arrival)) = (INTERRUPT.borrow(cs).try_borrow_mut(), ARRIVAL.borrow(cs).take()) else {
+            return;
+        };
+        let Some((sampling, output)) = owned.as_mut() else { return };
+        let read = || arrival.reading;
+        let verdict = sampling.on_interrupt(Slot::default(), arrival.set_point, read, |fault| output.set(fault));
+        VERDICT.borrow(cs).set(Some(verdict));
+    });
 }
 
 /// Answers each record of `input` with one to `output`.
@@ -74,20 +154,21 @@ fn stream<const I: usize, const O: usize>(
     input: &HostFile,
     output: &HostFile,
     records: u32,
-    mut answer: impl FnMut([u32; I]) -> [u32; O],
-) -> Result<(), &'static [u8]> {
+    mut answer: impl FnMut([u32; I]) -> Answered<O>,
+) -> Result<(), Refusal> {
     let (mut questions, mut answers) = ([[0; I]; CHUNK], [[0; O]; CHUNK]);
     let mut left = records as usize;
     while left > 0 {
         let wanted = left.min(CHUNK);
         let (Some(questions), Some(answers)) = (questions.get_mut(..wanted), answers.get_mut(..wanted)) else { break };
-        if input.read(questions) != wanted {
+        if input.read(questions.as_flattened_mut()) != wanted * I {
             return Err(b"error: the stream ends early\n\0");
         }
+        checked(input, questions.as_flattened())?;
         for (question, slot) in questions.iter().zip(answers.iter_mut()) {
-            *slot = answer(*question);
+            *slot = answer(*question)?;
         }
-        if !output.write(answers) {
+        if !output.write(answers.as_flattened()) {
             return Err(b"error: mission.out cannot be written\n\0");
         }
         left -= wanted;
@@ -95,63 +176,16 @@ fn stream<const I: usize, const O: usize>(
     Ok(())
 }
 
-/// A file of the host's, by semihosting (Arm, "Semihosting for AArch32 and AArch64").
-struct HostFile(usize);
-
-#[allow(unsafe_code)] // Semihosting calls: each passes a block of arguments that lives until the call returns.
-impl HostFile {
-    /// Modes of SYS_OPEN: "rb" and "wb".
-    const READ: usize = 1;
-    const WRITE: usize = 5;
-
-    /// `name` ends in a zero byte.
-    fn open(name: &'static [u8], mode: usize) -> Option<Self> {
-        let arguments = [name.as_ptr() as usize, mode, name.len() - 1];
-        // SAFETY: the name is static and its length is right.
-        let handle = unsafe { cortex_m_semihosting::syscall(nr::OPEN, &arguments) };
-        (handle as isize != -1).then_some(HostFile(handle))
+/// Reads the check word behind `words` and compares.
+fn checked(input: &HostFile, words: &[u32]) -> Result<(), Refusal> {
+    let mut check = [0];
+    if input.read(&mut check) != 1 {
+        return Err(b"error: the stream ends before a check word\n\0");
     }
-
-    /// Fills whole records; returns how many came.
-    fn read<const N: usize>(&self, records: &mut [[u32; N]]) -> usize {
-        let bytes = size_of_val(records);
-        let arguments = [self.0, records.as_mut_ptr() as usize, bytes];
-        // SAFETY: the host writes at most `bytes` bytes into `records`, for which every bit pattern is a value.
-        let missing = unsafe { cortex_m_semihosting::syscall(nr::READ, &arguments) };
-        bytes.saturating_sub(missing) / (4 * N)
+    let [check] = check;
+    if check == check_word(words) {
+        Ok(())
+    } else {
+        Err(b"error: the stream is corrupt, a check word does not fit\n\0")
     }
-
-    /// Writes all records; returns whether that worked.
-    fn write<const N: usize>(&self, records: &[[u32; N]]) -> bool {
-        let arguments = [self.0, records.as_ptr() as usize, size_of_val(records)];
-        // SAFETY: the host reads that many bytes of `records`.
-        unsafe { cortex_m_semihosting::syscall(nr::WRITE, &arguments) == 0 }
-    }
-}
-
-/// Says why on the host's console, and leaves with an exit code that is not zero.
-#[allow(unsafe_code)]
-fn leave(reason: &'static [u8]) {
-    // SAFETY: the text is static and ends in a zero byte.
-    unsafe { cortex_m_semihosting::syscall1(nr::WRITE0, reason.as_ptr() as usize) };
-    debug::exit(EXIT_FAILURE);
-}
-
-fn halt() -> ! {
-    loop {
-        cortex_m::asm::wfi();
-    }
-}
-
-#[allow(unsafe_code)] // The attribute declares the handler unsafe: it runs in a machine that is no longer sound.
-#[exception]
-unsafe fn HardFault(_: &ExceptionFrame) -> ! {
-    leave(b"error: hard fault\n\0");
-    halt()
-}
-
-#[panic_handler]
-fn panic(_: &PanicInfo) -> ! {
-    leave(b"error: panic\n\0");
-    halt()
 }
