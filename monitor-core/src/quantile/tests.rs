@@ -19,6 +19,21 @@ fn two_degrees_of_freedom_have_their_closed_forms() {
     }
 }
 
+/// Six of mpmath's goldens, so that this crate's own tests see every term of the continued fraction.
+#[test]
+fn f_quantiles_over_few_degrees_are_mpmaths() {
+    for (p, numerator, denominator, exact) in [
+        (0.01_f32, 1.0, 10.0, 10.0442894),
+        (1e-6_f32, 1.0, 10.0, 110.596561),
+        (0.01_f32, 3.0, 10.0, 6.5523126),
+        (1e-6_f32, 3.0, 10.0, 60.8549051),
+        (1e-6_f32, 3.0, 300.0, 10.7436371),
+        (0.01_f32, 50.0, 10.0, 4.11545177),
+    ] {
+        assert_near(upper_f(p, numerator, denominator).unwrap(), exact, 5e-6);
+    }
+}
+
 #[test]
 fn arguments_out_of_range_are_refused_by_name() {
     for p in [0.0, -1e-3, 9e-13, 0.11, 1.0, f32::NAN, f32::INFINITY] {
