@@ -21,12 +21,15 @@ pub mod baseline;
 pub mod smoother;
 pub mod low_pass;
 pub mod moving_average;
+pub mod quantile;
+pub mod limit;
 pub mod relay;
 pub mod localize;
 mod detector;
 pub mod verdict;
 pub mod monitor;
 pub mod event;
+pub mod numerics;
 
 pub use baseline::Baseline;
 pub use event::EventLog;
