@@ -59,28 +59,26 @@ impl Watch {
     }
 
     fn changed(&mut self, verdict: &Verdict, mut event: impl FnMut(Event)) {
-        let sample = verdict.sample();
-        let mut push = |kind| event(Event { sample, kind });
-        if self.phase != Some(verdict.phase()) {
-            push(EventKind::Phase(verdict.phase()));
-        }
-        for model in ModelId::ALL {
-            match (self.standing.relays().get(model), verdict.relays().get(model)) {
-                (false, true) => push(EventKind::RelayUp(model)),
-                (true, false) => push(EventKind::RelayDown(model)),
-                _ => {}
-            }
-        }
-        let (before, now) = (self.standing.diagnosis(), verdict.diagnosis());
-        if before != now {
-            if before != Diagnosis::Healthy {
-                push(EventKind::Cleared(before));
-            }
-            if now != Diagnosis::Healthy {
-                push(EventKind::Located(now));
-            }
+        // Gathered first and handed over in one place: whatever takes events is then in flash once.
+        for kind in self.changes(verdict).into_iter().flatten() {
+            event(Event { sample: verdict.sample(), kind });
         }
         *self = Watch { phase: Some(verdict.phase()), standing: verdict.standing };
+    }
+
+    #[inline(never)]
+    fn changes(&self, verdict: &Verdict) -> [Option<EventKind>; EVENTS_PER_VERDICT] {
+        let phase = (self.phase != Some(verdict.phase())).then_some(EventKind::Phase(verdict.phase()));
+        let (relays_before, relays) = (self.standing.relays(), verdict.relays());
+        let [full, r1, r2, r3] = ModelId::ALL.map(|model| match (relays_before.get(model), relays.get(model)) {
+            (false, true) => Some(EventKind::RelayUp(model)),
+            (true, false) => Some(EventKind::RelayDown(model)),
+            _ => None,
+        });
+        let (before, now) = (self.standing.diagnosis(), verdict.diagnosis());
+        let cleared = (before != now && before != Diagnosis::Healthy).then_some(EventKind::Cleared(before));
+        let located = (before != now && now != Diagnosis::Healthy).then_some(EventKind::Located(now));
+        [phase, full, r1, r2, r3, cleared, located]
     }
 }
 

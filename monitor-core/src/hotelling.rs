@@ -3,6 +3,7 @@
 use nalgebra::SVector;
 
 use crate::pca::Pca;
+use crate::root::{reciprocal_sqrt, square_root};
 
 /// Smallest eigenvalue a retained component is divided by, of a total of `N`: below it the variance is rounding of
 /// the correlation matrix (N eps), and dividing by it would judge samples by that rounding.
@@ -89,7 +90,7 @@ impl<const N: usize> Model<N> {
 fn weights<const N: usize>(pca: &Pca<N>, scale: f32) -> [f32; N] {
     let mut weights = [0.0; N];
     for (weight, variance) in weights.iter_mut().zip(pca.eigenvalues().data.0.as_flattened()).take(pca.retained()) {
-        *weight = libm::sqrtf(scale / variance.max(EIGENVALUE_FLOOR));
+        *weight = square_root(scale / variance.max(EIGENVALUE_FLOOR));
     }
     weights
 }
@@ -115,8 +116,8 @@ fn rotate<const N: usize>(upper: &mut [f32; N], lower: &mut [f32; N], column: us
         return;
     }
     let (p, q) = (p / larger, q / larger);
-    let length = libm::sqrtf(p * p + q * q);
-    let (cos, sin) = (p / length, q / length);
+    let per_length = reciprocal_sqrt(p * p + q * q);
+    let (cos, sin) = (p * per_length, q * per_length);
     for (a, b) in upper.iter_mut().zip(lower.iter_mut()) {
         (*a, *b) = (cos * *a + sin * *b, cos * *b - sin * *a);
     }

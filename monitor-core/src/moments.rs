@@ -15,6 +15,7 @@
 use nalgebra::{SMatrix, SVector};
 
 use crate::pca::PcaError;
+use crate::root::square_root;
 use crate::sample::Channel;
 
 /// Slots in a block: more than there are sums, and few enough that 64 squares keep 18 of 24 bits each.
@@ -282,7 +283,7 @@ impl<const N: usize> Moments<N> {
         }
         for (channel, variance, m) in of_channels() {
             let rounding = f32::EPSILON * m;
-            if !(*variance > rounding * rounding) {
+            if !(*variance > rounding * rounding && variance.is_normal()) {
                 return Err(LearnError::ConstantChannel(channel));
             }
         }
@@ -294,7 +295,7 @@ impl<const N: usize> Statistics<N> {
     /// Standard deviation of each channel.
     #[must_use]
     pub fn sigma(&self) -> SVector<f32, N> {
-        self.covariance.diagonal().map(libm::sqrtf)
+        self.covariance.diagonal().map(square_root)
     }
 
     /// The correlation matrix: the covariance of the standardized channels (1.7). Its diagonal is exactly one.
