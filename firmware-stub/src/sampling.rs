@@ -96,7 +96,6 @@ pub struct Sampling<'q> {
     counts: Counts,
     /// Slots turned away in a row, and why the last of them was.
     run: (u32, Option<Rejected>),
-    verdict: Verdict,
     channels: [f32; 3],
 }
 
@@ -110,7 +109,6 @@ impl<'q> Sampling<'q> {
             notes,
             counts: Counts::default(),
             run: (0, None),
-            verdict: Verdict::default(),
             channels: [0.0; 3],
         }
     }
@@ -126,70 +124,58 @@ impl<'q> Sampling<'q> {
         set_point: RadPerSec,
         read: impl FnOnce() -> Reading,
         drive_fault_output: impl FnOnce(bool),
-    ) -> Verdict {
+    ) -> &Verdict {
         for _ in 0..slot.lost {
             self.judge(set_point, Reading::Absent(Absence::Missing));
         }
         let reading = if slot.late { Reading::Absent(Absence::Late) } else { read() };
-        let verdict = self.judge(set_point, reading);
+        self.judge(set_point, reading);
+        let verdict = self.monitor.verdict();
         drive_fault_output(verdict.alarm());
         verdict
     }
 
     /// Judges one slot, and queues what changed. Called from two places, and to be in flash once.
     #[inline(never)]
-    fn judge(&mut self, set_point: RadPerSec, reading: Reading) -> Verdict {
+    fn judge(&mut self, set_point: RadPerSec, reading: Reading) {
+        let Sampling { monitor, watch, notes, counts, run, channels } = self;
         let verdict = match reading {
-            Reading::Taken(sample) => *self.monitor.step(set_point, sample),
+            Reading::Taken(sample) => monitor.step(set_point, sample),
             Reading::Absent(why) => {
-                self.counts.absent = self.counts.absent.saturating_add(1);
-                *self.monitor.skip(why)
+                counts.absent = counts.absent.saturating_add(1);
+                monitor.skip(why)
             }
         };
-        self.note_rejections(&verdict);
-        let Sampling { watch, notes, counts, .. } = self;
-        watch.observe(&verdict, |event| push(notes, counts, note(event, &verdict)));
-        self.verdict = verdict;
-        verdict
-    }
-
-    /// Tells once that slots are turned away, again when the reason changes, and when that is over.
-    fn note_rejections(&mut self, verdict: &Verdict) {
-        let (length, before) = self.run;
-        let (sample, now) = (verdict.sample(), verdict.rejected());
-        if let Some(why) = now {
-            self.counts.rejected = self.counts.rejected.saturating_add(1);
-            if before != now {
-                push(&mut self.notes, &mut self.counts, Note::Rejecting { sample, why });
-            }
-            self.run = (length.saturating_add(1), now);
-        } else if before.is_some() {
-            push(&mut self.notes, &mut self.counts, Note::Accepting { sample, after: length });
-            self.run = (0, None);
+        let rejected = verdict.rejected();
+        if rejected.is_none() {
+            *channels = verdict.readings();
         }
-        if now.is_none() {
-            self.channels = verdict.readings();
+        if let Some(news) = rejection(run, counts, verdict.sample(), rejected) {
+            push(notes, counts, news);
         }
+        watch.observe(verdict, |event| push(notes, counts, note(event, verdict)));
     }
 
     /// To be called at the end of an interrupt that found the next slot begun
     /// ([`Deadline::overrun`](crate::deadline::Deadline::overrun)).
     pub fn overran(&mut self) {
         self.counts.overruns = self.counts.overruns.saturating_add(1);
-        push(&mut self.notes, &mut self.counts, Note::Overrun { sample: self.verdict.sample() });
+        let sample = self.slot();
+        push(&mut self.notes, &mut self.counts, Note::Overrun { sample });
     }
 
     /// What the main loop may ask for, by copy.
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
-        let Sampling { verdict, channels, counts, .. } = *self;
-        Snapshot { verdict, channels, baseline: self.monitor.baseline().copied(), counts }
+        let Sampling { monitor, channels, counts, .. } = self;
+        let (verdict, baseline) = (*monitor.verdict(), monitor.baseline().copied());
+        Snapshot { verdict, channels: *channels, baseline, counts: *counts }
     }
 
     /// Index of the last slot: it moves while the interrupt is alive.
     #[must_use]
     pub fn slot(&self) -> u64 {
-        self.verdict.sample()
+        self.monitor.verdict().sample()
     }
 
     /// The learning window, when it is complete and no model has been made of it.
@@ -202,10 +188,28 @@ impl<'q> Sampling<'q> {
     pub fn install(&mut self, learned: Result<Baseline, LearnError>) -> bool {
         let wanted = self.monitor.install(learned);
         if let (true, Err(error)) = (wanted, learned) {
-            let event = Event { sample: self.verdict.sample(), kind: EventKind::LearningRefused(error) };
-            push(&mut self.notes, &mut self.counts, note(event, &self.verdict));
+            let event = Event { sample: self.slot(), kind: EventKind::LearningRefused(error) };
+            push(&mut self.notes, &mut self.counts, note(event, self.monitor.verdict()));
         }
         wanted
+    }
+}
+
+/// Tells once that slots are turned away, again when the reason changes, and when that is over. `run` counts them in a row,
+/// and holds the last reason.
+fn rejection(
+    run: &mut (u32, Option<Rejected>),
+    counts: &mut Counts,
+    sample: u64,
+    now: Option<Rejected>,
+) -> Option<Note> {
+    let (length, before) = *run;
+    *run = (if now.is_some() { length.saturating_add(1) } else { 0 }, now);
+    counts.rejected = counts.rejected.saturating_add(u32::from(now.is_some()));
+    match now {
+        _ if before == now => None,
+        Some(why) => Some(Note::Rejecting { sample, why }),
+        None => Some(Note::Accepting { sample, after: length }),
     }
 }
 

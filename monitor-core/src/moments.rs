@@ -68,6 +68,15 @@ impl<const N: usize> Sums<N> {
         }
     }
 
+    /// The sum at a place: products by rows, then first powers.
+    #[inline(always)]
+    fn at(&mut self, place: usize) -> Option<&mut f32> {
+        match place.checked_sub(N * N) {
+            None => self.second.as_flattened_mut().get_mut(place),
+            Some(place) => self.first.get_mut(place),
+        }
+    }
+
     fn scale(&mut self, factor: f32) {
         self.first.iter_mut().chain(self.second.iter_mut().flatten()).for_each(|sum| *sum *= factor);
     }
@@ -168,16 +177,17 @@ impl<const N: usize> Moments<N> {
             }
         }
         self.taken += u32::from(!held);
-        self.join((self.slots % BLOCK) as usize);
+        let turn = (self.slots % BLOCK) as usize;
+        if turn < N * N + N {
+            self.join(turn);
+        }
         self.slots = self.slots.wrapping_add(1);
     }
 
-    /// Lets one sum join the total: the sums of first powers take the first turns of a block, the others follow.
-    #[inline(always)]
+    /// Lets the sum join the total whose turn it is.
+    #[inline(never)]
     fn join(&mut self, turn: usize) {
-        let of_block = self.block.first.iter_mut().chain(self.block.second.as_flattened_mut());
-        let of_total = self.total.first.iter_mut().chain(self.total.second.as_flattened_mut());
-        if let Some((block, total)) = of_block.zip(of_total).nth(turn) {
+        if let (Some(block), Some(total)) = (self.block.at(turn), self.total.at(turn)) {
             *total += core::mem::take(block);
         }
     }

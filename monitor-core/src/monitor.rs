@@ -348,6 +348,12 @@ impl<S: Smoother> Monitor<S> {
         self.baseline().map(|baseline| baseline.contributions(x))
     }
 
+    /// The verdict on the last slot.
+    #[must_use]
+    pub const fn verdict(&self) -> &Verdict {
+        &self.verdict
+    }
+
     /// Why the last complete learning window was refused, until one is accepted.
     #[must_use]
     pub const fn refused(&self) -> Option<LearnError> {

@@ -73,7 +73,7 @@ impl<'a> Firmware<'a> {
             Unit::Example => "examples",
             Unit::Binary | Unit::Library => ".",
         };
-        Ok(directory().join(self.target).join("release").join(place).join(self.binary))
+        Ok(directory().join(self.target).join("firmware").join(place).join(self.binary))
     }
 
     /// Lints it, warnings denied.
@@ -101,7 +101,7 @@ impl<'a> Firmware<'a> {
             .env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", &linker)
             .env("DEFMT_LOG", "info")
             .env("PATH", path_with(&linkers()))
-            .args([verb, "--release", "--locked", "--target", self.target, "--target-dir"])
+            .args([verb, "--profile", "firmware", "--locked", "--target", self.target, "--target-dir"])
             .arg(directory());
         match self.unit {
             Unit::Binary => command.args(["-p", "firmware-stub", "--bin", self.binary]),

@@ -113,7 +113,7 @@ fn lost_and_late_slots_are_verdicts_of_their_own_and_no_late_slot_is_read() {
     let mut queue = Notes::new();
     let (mut bench, mut background) = board(&mut queue);
     run((&mut bench, &mut background), 0..300, 0.0);
-    let verdict = bench.0.on_interrupt(Slot { lost: 3, late: true }, SET_POINT, || panic!("too late to read"), |_| {});
+    let verdict = *bench.0.on_interrupt(Slot { lost: 3, late: true }, SET_POINT, || panic!("too late to read"), |_| {});
     assert_eq!(verdict.sample(), 303);
     assert_eq!(verdict.rejected(), Some(Rejected::Absent(Absence::Late)));
     let (missing, late) = (Rejected::Absent(Absence::Missing), Rejected::Absent(Absence::Late));

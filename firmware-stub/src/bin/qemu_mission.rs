@@ -145,7 +145,7 @@ fn PendSV() {
         let Some((sampling, output)) = owned.as_mut() else { return };
         let read = || arrival.reading;
         let verdict = sampling.on_interrupt(Slot::default(), arrival.set_point, read, |fault| output.set(fault));
-        VERDICT.borrow(cs).set(Some(verdict));
+        VERDICT.borrow(cs).set(Some(*verdict));
     });
 }
 
