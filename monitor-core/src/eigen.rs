@@ -7,11 +7,12 @@
 //! 1. Subtract the mean eigenvalue q = trace/3. The deviator's diagonal is formed from *differences* of diagonal
 //!    entries, so nothing cancels when the matrix is nearly a multiple of the identity (Harari and Albocher 2023).
 //! 2. With p = sqrt(J2/3) and r = det/(2 p^3), the eigenvalue that lies furthest from the other two is
-//!    sign(r) 2p g(|r|), g(u) = cos(acos(u)/3), which is smooth on [0, 1] where acos alone is not: a polynomial does.
+//!    sign(r) 2p g(|r|), g(u) = cos(acos(u)/3), which is smooth on [0, 1] where acos alone is not: a polynomial does. It
+//!    takes the constants between J2 and p in, so that neither is multiplied by them.
 //! 3. That eigenvalue is at least sqrt(3) p away from the others, so its eigenvector is well conditioned whatever the
 //!    others do. It is the adjugate's column with the largest diagonal entry (Scherzinger and Dohrmann 2008).
-//! 4. The other two live in its orthogonal complement, where a 2x2 problem settles them; if they are equal, any pair of
-//!    orthonormal vectors is right and the 2x2 solver returns one.
+//! 4. A Householder reflection makes that eigenvector an axis; the other two eigenvectors are a rotation in the plane
+//!    across it, where Mohr's circle settles a 2x2 problem. If they are equal, any rotation is right.
 //! 5. One first-order correction between the first vector and the other two removes what the polynomial and the
 //!    adjugate left (the error after it is the square of the error before).
 //!
@@ -21,7 +22,10 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::root::{reciprocal_sqrt, reciprocal_sqrt_rough};
+use crate::root::{reciprocal_sqrt_of_twice, reciprocal_sqrt_of_twice_rough};
+
+mod traceless;
+use traceless::{Below, Deviator, Traceless};
 
 /// Why a matrix has no decomposition here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,6 +57,18 @@ pub struct Decomposition<const N: usize> {
     finite: bool,
 }
 
+impl Eigen<3> {
+    /// The same with right-handed vectors: where the determinant of `vectors` is negative, the last column is turned about,
+    /// and the entry of largest magnitude in it is then negative.
+    #[must_use]
+    pub fn right_handed(mut self) -> Self {
+        let [first, middle, last] = self.vectors.data.0;
+        let hand = 1.0_f32.copysign(dot(cross(first, middle), last));
+        self.vectors.set_column(2, &SVector::from(last.map(|x| hand * x)));
+        self
+    }
+}
+
 impl<const N: usize> Decomposition<N> {
     /// The decomposition.
     ///
@@ -70,7 +86,7 @@ pub trait ClosedFormEigen<const N: usize> {
     /// Decomposes the matrix.
     fn decompose(&self) -> Decomposition<N>;
 
-    /// Decomposes a correlation matrix at about two thirds of the cost: its diagonal is taken for ones and not read, and
+    /// Decomposes a correlation matrix at about five sixths of the cost: its diagonal is taken for ones and not read, and
     /// no entry is larger, so nothing needs to be scaled.
     fn decompose_correlation(&self) -> Decomposition<N>;
 
@@ -87,16 +103,15 @@ impl ClosedFormEigen<2> for SMatrix<f32, 2, 2> {
     #[inline]
     fn decompose(&self) -> Decomposition<2> {
         let [[a00, a10], [_, a11]] = self.data.0;
-        // Quarters, so that the sum of magnitudes does not overflow.
-        let (a, b, c) = (0.25 * a00, 0.25 * a10, 0.25 * a11);
-        let scale = Scale::of([a, b, c]);
-        let pair = diagonalize(scale.down(a), scale.down(b), scale.down(c), false);
+        let scale = Scale::of([a00, a10, a11]);
+        let pair = diagonalize(a00 * scale.down, a10 * scale.down, a11 * scale.down, LARGER_FIRST);
         let (c, s) = (pair.cos, pair.sin);
         let eigen = Eigen {
-            values: SVector::from([pair.first, pair.second].map(|v| 4.0 * scale.up(v))),
+            values: SVector::from([pair.first, pair.second].map(|v| v * scale.up)),
             vectors: SMatrix::from([[c, s], [-s, c]].map(with_sign)),
         };
-        Decomposition { eigen, finite: scale.finite }
+        // One entry that is not finite leaves no number in the result.
+        Decomposition { eigen, finite: !pair.first.is_nan() }
     }
 
     #[inline]
@@ -118,43 +133,33 @@ impl ClosedFormEigen<3> for SMatrix<f32, 3, 3> {
     #[inline]
     fn decompose(&self) -> Decomposition<3> {
         let [[a00, a10, a20], [_, a11, a21], [_, _, a22]] = self.data.0;
-        // Step 1. An eighth of the deviator, by differences of sixteenths of the diagonal: these factors are exact, and an
-        // entry of the deviator, up to 4/3 of the largest of the matrix, may be more than an f32 holds.
-        const THIRD: f32 = 1.0 / 3.0;
-        const TWO_THIRDS: f32 = 2.0 / 3.0;
-        let mean = a00 * THIRD + a11 * THIRD + a22 * THIRD;
-        let (e00, e11, e22) = (0.0625 * a00, 0.0625 * a11, 0.0625 * a22);
-        let (d01, d12, d20) = (e00 - e11, e11 - e22, e22 - e00);
-        let diagonal = [(d01 - d20) * TWO_THIRDS, (d12 - d01) * TWO_THIRDS, (d20 - d12) * TWO_THIRDS];
-        let [d00, d11, d22] = diagonal;
-        let raw = [d00, 0.125 * a10, 0.125 * a20, d11, 0.125 * a21, d22];
-        let scale = Scale::of(raw);
-        let [s00, s10, s20, s11, s21, s22] = raw.map(|a| scale.down(a));
-        let deviator = Deviator { diagonal: [s00, s11, s22], below: Below { s10, s20, s21 } };
-        let eigen = decompose_deviator(&deviator, |v| mean + 8.0 * scale.up(v));
-        Decomposition { eigen, finite: scale.finite }
+        let scale = Scale::of([a00, a10, a20, a11, a21, a22]);
+        // Step 1. Three times the deviator needs no division: 3 (a00 - trace/3) = (a00 - a11) - (a22 - a00).
+        let (t00, t11, t22) = (a00 * scale.down, a11 * scale.down, a22 * scale.down);
+        let (d01, d12, d20) = (t00 - t11, t11 - t22, t22 - t00);
+        let down = 3.0 * scale.down;
+        let below = Below { s10: a10 * down, s20: a20 * down, s21: a21 * down };
+        let (trace, up) = (t00 + t11 + t22, scale.up * (1.0 / 3.0));
+        decompose_deviator(&Deviator { diagonal: [d01 - d20, d12 - d01, d20 - d12], below }, |v| trace * up + v * up)
     }
 
     #[inline]
     fn decompose_correlation(&self) -> Decomposition<3> {
         let [[_, s10, s20], [_, _, s21], _] = self.data.0;
-        let eigen = decompose_deviator(&Below { s10, s20, s21 }, |v| 1.0 + v);
-        // One entry that is not finite leaves no number in the result.
-        Decomposition { eigen, finite: !eigen.values.x.is_nan() }
+        decompose_deviator(&Below { s10, s20, s21 }, |v| 1.0 + v)
     }
 }
 
-/// Steps 2 to 5, for a symmetric matrix of trace zero with entries of about one at most; `value` turns its eigenvalues into
-/// those of the whole matrix, in the same order.
+/// Steps 2 to 5, for a symmetric matrix S of trace zero with entries of about one; `value` turns its eigenvalues into those
+/// of the whole matrix, in the same order.
 #[inline(always)]
-fn decompose_deviator(deviator: &impl Traceless, value: impl Fn(f32) -> f32) -> Eigen<3> {
-    // Step 2. The most isolated eigenvalue.
-    let p2 = deviator.half_square() * (1.0 / 3.0) + SMALL;
-    let per_p = reciprocal_sqrt_rough(p2);
-    let per_p2 = per_p * per_p;
-    let r = deviator.half_determinant() * per_p * per_p2;
-    let lowest = r.is_sign_negative(); // the isolated eigenvalue is the smallest of the three, else the largest
-    let isolated = (2.0 * (p2 * per_p) * cosine_of_third(r.abs())).copysign(r);
+fn decompose_deviator(deviator: &impl Traceless, value: impl Fn(f32) -> f32) -> Decomposition<3> {
+    // Step 2. The most isolated eigenvalue, from |S| = sqrt(2 J2).
+    let j2 = deviator.half_square() + SMALL;
+    let per_norm = reciprocal_sqrt_of_twice_rough(j2);
+    let r = deviator.half_determinant() * per_norm * (per_norm * per_norm);
+    let order = r.to_bits() & SIGN; // set if the isolated eigenvalue is the smallest of the three, else it is the largest
+    let isolated = with_bit(j2 * per_norm * isolation(r.abs()), order);
 
     // Step 3. Its eigenvector: the column of adj(S - isolated I) with the largest diagonal entry. The other two
     // eigenvalues of (S - isolated I) are both above or both below zero, so its adjugate is positive semidefinite and the
@@ -162,117 +167,78 @@ fn decompose_deviator(deviator: &impl Traceless, value: impl Fn(f32) -> f32) -> 
     let [[j00, j10, j20], [_, j11, j21], [_, _, j22]] = deviator.adjugate_less(isolated);
     let (column, largest) = (select3(j11 > j00, [j10, j11, j21], [j00, j10, j20]), select(j11 > j00, j11, j00));
     let column = select3(j22 > largest, [j20, j21, j22], column);
-    let first = normalize(column.map(|x| x * per_p2));
+    let mirror = Reflection::of(column);
 
-    // Step 4. The rest, in the orthogonal complement.
-    let (e, f) = complement(first);
-    let (se, sf) = (deviator.times(e), deviator.times(f));
-    let pair = diagonalize(dot(e, se), dot(e, sf), dot(f, sf), lowest);
-    let (c, s) = (pair.cos, pair.sin);
-    let middle = combine(c, e, s, f);
-    let last = combine(c, f, -s, e);
+    // Step 4. The other two, in the frame where that vector is the third axis.
+    let Reflected { m00, m10, m11, g0, g1 } = mirror.reflect_matrix(deviator);
+    let pair = diagonalize(m00, m10, m11, order);
+    let (c, s, v1, v2, v3) = (pair.cos, pair.sin, -pair.sum, pair.first, pair.second); // the trace of S is zero
 
-    // Step 5. First-order correction; the trace of a deviator is zero, which gives the isolated eigenvalue better.
-    let (v2, v3) = (pair.first, pair.second);
-    let v1 = -(v2 + v3);
-    let (g_e, g_f) = (dot(first, se), dot(first, sf));
-    let (to_middle, to_last) = (c * g_e + s * g_f, c * g_f - s * g_e);
-    let (gap2, gap3) = (v1 - v2, v1 - v3);
+    // Step 5. First-order correction: what still couples the first vector to the others turns them by g/gap.
+    let (gap2, gap3) = (v2 + pair.sum, v3 + pair.sum);
     let per_gaps = 1.0 / (gap2 * gap3 + SMALL_GAPS);
-    let tilt2 = to_middle * gap3 * per_gaps;
-    let tilt3 = to_last * gap2 * per_gaps;
-    let corrected = combine(1.0, first, 1.0, combine(tilt2, middle, tilt3, last));
-    let middle = combine(1.0, middle, -tilt2, first);
-    let last = combine(1.0, last, -tilt3, first);
+    let tilt2 = (c * g0 + s * g1) * (gap3 * per_gaps);
+    let tilt3 = (c * g1 - s * g0) * (gap2 * per_gaps);
+    let middle = mirror.reflect([c, s, tilt2]);
+    let last = mirror.reflect([-s, c, tilt3]);
+    let first = add(mirror.v, add(middle.map(|x| tilt2 * x), last.map(|x| tilt3 * x)));
 
+    let lowest = order != 0;
     let (highest_value, lowest_value) = (select(lowest, v3, v1), select(lowest, v1, v3));
-    let (highest, lowest) = (select3(lowest, last, corrected), select3(lowest, corrected, last));
-    Eigen {
+    let (highest, lowest) = (select3(lowest, last, first), select3(lowest, first, last));
+    let eigen = Eigen {
         values: SVector::from([highest_value, v2, lowest_value].map(value)),
         vectors: SMatrix::from([highest, middle, lowest].map(with_sign)),
-    }
+    };
+    // One entry that is not finite leaves no number in the result.
+    Decomposition { eigen, finite: !v2.is_nan() }
 }
 
-/// What the method asks of a symmetric 3x3 matrix S of trace zero.
-trait Traceless {
-    /// Half the sum of squares of all entries: J2 of the literature.
-    fn half_square(&self) -> f32;
-    fn half_determinant(&self) -> f32;
-    /// adj(S - shift I); the entries above the diagonal are not filled in.
-    fn adjugate_less(&self, shift: f32) -> [[f32; 3]; 3];
-    fn times(&self, v: [f32; 3]) -> [f32; 3];
+/// The reflection I + a w w' that takes the third axis to minus the unit vector v: w = v + (0, 0, 1), a = -1/w2.
+struct Reflection {
+    v: [f32; 3],
+    w: [f32; 3],
+    a: f32,
 }
 
-/// The entries below the diagonal; alone, a matrix whose diagonal is zero.
-#[derive(Clone, Copy)]
-struct Below {
-    s10: f32,
-    s20: f32,
-    s21: f32,
+/// S in the frame of a [`Reflection`], without the entry of the third axis: m is its leading 2x2 block, g couples the two.
+struct Reflected {
+    m00: f32,
+    m10: f32,
+    m11: f32,
+    g0: f32,
+    g1: f32,
 }
 
-struct Deviator {
-    diagonal: [f32; 3],
-    below: Below,
-}
-
-impl Traceless for Below {
+impl Reflection {
+    /// That of the unit vector along `column`, turned about if need be so that nothing cancels in w.
     #[inline(always)]
-    fn half_square(&self) -> f32 {
-        self.s10 * self.s10 + self.s20 * self.s20 + self.s21 * self.s21
+    fn of(column: [f32; 3]) -> Reflection {
+        let per_norm = reciprocal_sqrt_of_twice(0.5 * dot(column, column), column[2].to_bits() & SIGN);
+        let v @ [x, y, z] = column.map(|entry| entry * per_norm);
+        let w = [x, y, 1.0 + z];
+        Reflection { v, w, a: -1.0 / w[2] }
     }
 
+    /// (I + a w w') S (I + a w w'), one side after the other, for the products to be as small as the result. a w2 = -1.
     #[inline(always)]
-    fn half_determinant(&self) -> f32 {
-        self.s10 * (self.s20 * self.s21)
+    fn reflect_matrix(&self, matrix: &impl Traceless) -> Reflected {
+        let ([s00, s11, _], Below { s10, s20, s21 }) = (matrix.diagonal(), matrix.below());
+        let [p0, p1, p2] = matrix.times(self.w);
+        let [aw0, aw1] = [self.a * self.w[0], self.a * self.w[1]];
+        let column0 @ [t00, _, t20] = [s00 + aw0 * p0, s10 + aw0 * p1, s20 + aw0 * p2];
+        let column1 @ [t01, t11, t21] = [s10 + aw1 * p0, s11 + aw1 * p1, s21 + aw1 * p2];
+        let (h0, h1) = (dot(self.w, column0), dot(self.w, column1));
+        Reflected { m00: t00 + aw0 * h0, m10: t01 + aw0 * h1, m11: t11 + aw1 * h1, g0: t20 - h0, g1: t21 - h1 }
     }
 
+    /// (I + a w w') u, where a w2 = -1.
     #[inline(always)]
-    fn adjugate_less(&self, shift: f32) -> [[f32; 3]; 3] {
-        let Below { s10, s20, s21 } = *self;
-        let shift2 = shift * shift;
-        [
-            [shift2 - s21 * s21, s20 * s21 + s10 * shift, s10 * s21 + s20 * shift],
-            [0.0, shift2 - s20 * s20, s10 * s20 + s21 * shift],
-            [0.0, 0.0, shift2 - s10 * s10],
-        ]
-    }
-
-    #[inline(always)]
-    fn times(&self, [x, y, z]: [f32; 3]) -> [f32; 3] {
-        let Below { s10, s20, s21 } = *self;
-        [s10 * y + s20 * z, s10 * x + s21 * z, s20 * x + s21 * y]
-    }
-}
-
-impl Traceless for Deviator {
-    #[inline(always)]
-    fn half_square(&self) -> f32 {
-        let [s00, s11, s22] = self.diagonal;
-        0.5 * (s00 * s00 + s11 * s11 + s22 * s22) + self.below.half_square()
-    }
-
-    #[inline(always)]
-    fn half_determinant(&self) -> f32 {
-        let ([s00, s11, s22], Below { s10, s20, s21 }) = (self.diagonal, self.below);
-        0.5 * (s00 * (s11 * s22 - s21 * s21) - s10 * (s10 * s22 - s20 * s21) + s20 * (s10 * s21 - s20 * s11))
-    }
-
-    #[inline(always)]
-    fn adjugate_less(&self, shift: f32) -> [[f32; 3]; 3] {
-        let Below { s10, s20, s21 } = self.below;
-        let [m00, m11, m22] = self.diagonal.map(|s| s - shift);
-        [
-            [m11 * m22 - s21 * s21, s20 * s21 - s10 * m22, s10 * s21 - s20 * m11],
-            [0.0, m00 * m22 - s20 * s20, s10 * s20 - s21 * m00],
-            [0.0, 0.0, m00 * m11 - s10 * s10],
-        ]
-    }
-
-    #[inline(always)]
-    fn times(&self, v: [f32; 3]) -> [f32; 3] {
-        let ([s00, s11, s22], [x, y, z], [a, b, c]) = (self.diagonal, v, self.below.times(v));
-        [s00 * x + a, s11 * y + b, s22 * z + c]
+    fn reflect(&self, u: [f32; 3]) -> [f32; 3] {
+        let ([w0, w1, _], [x, y, z]) = (self.w, u);
+        let along = dot(self.w, u);
+        let turn = self.a * along;
+        [x + turn * w0, y + turn * w1, z - along]
     }
 }
 
@@ -296,53 +262,50 @@ fn select3(condition: bool, [a, b, c]: [f32; 3], [x, y, z]: [f32; 3]) -> [f32; 3
     [select(condition, a, x), select(condition, b, y), select(condition, c, z)]
 }
 
-/// cos(acos(u)/3) for u in [0, 1]: polynomial of degree 3, error 4e-5, by `tests/references/fit_cosine_third.py`. The
-/// correction of step 5 leaves the square of it, 2e-9.
+/// The isolated eigenvalue of a traceless matrix in units of |S|/2, for u = |det S|/(2 |S|^3) in [0, 6^-1.5]: that is
+/// 4/sqrt(6) cos(acos(6^1.5 u)/3). Polynomial of degree 3, error 8e-5, by `tests/references/fit_cosine_third.py`; the
+/// correction of step 5 leaves the square of it, some 2e-9.
 #[inline(always)]
-fn cosine_of_third(u: f32) -> f32 {
-    0.866_066_34 + u * (0.165_330_35 + u * (-0.040_691_197 + u * 0.009_319_684))
+fn isolation(u: f32) -> f32 {
+    1.414_280_4 + u * (3.967_928_4 + u * (-14.352_864 + u * 48.313_24))
 }
 
-/// Eigenvalues of a 2x2 matrix, and the rotation that diagonalizes it: (cos, sin) belongs to `first`, (-sin, cos) to
-/// `second`.
+/// Eigenvalues of a 2x2 matrix and their sum, and the rotation that diagonalizes it: (cos, sin) belongs to `first`,
+/// (-sin, cos) to `second`.
 struct Pair {
     first: f32,
     second: f32,
+    sum: f32,
     cos: f32,
     sin: f32,
 }
 
-/// Diagonalizes [[a, b], [b, c]], entries scaled to about one; the larger eigenvalue comes first, or the smaller.
-#[inline(always)]
-fn diagonalize(a: f32, b: f32, c: f32, smaller_first: bool) -> Pair {
-    let (d, x) = (a - c, 2.0 * b);
-    let gap2 = d * d + x * x;
-    let gap = gap2 * reciprocal_sqrt(gap2);
-    // Half-angle from the larger of the two candidates, |d| + gap, so that nothing cancels.
-    // Where both are zero, eigenvalues are equal and the axes themselves will do.
-    let u = d.abs() + gap + SMALL;
-    let per_norm = reciprocal_sqrt(u * u + x * x);
-    let (major, minor) = (u * per_norm, x * per_norm);
-    let shift = (gap * (minor * minor)).copysign(d);
-    let minor = f32::from_bits(minor.to_bits() ^ (d.to_bits() & SIGN));
-    // (major, minor) is the eigenvector near the first axis, of the eigenvalue a + shift: the larger one if d is above zero.
-    let (near_first, near_second) = (a + shift, c - shift);
-    let in_order = d.is_sign_positive() != smaller_first;
-    Pair {
-        first: select(in_order, near_first, near_second),
-        second: select(in_order, near_second, near_first),
-        cos: select(in_order, major, -minor),
-        sin: select(in_order, minor, major),
-    }
-}
+/// What [`diagonalize`] puts first; [`SIGN`] stands for the smaller one.
+const LARGER_FIRST: u32 = 0;
 
-/// Two unit vectors orthogonal to the unit vector `v` and to each other, without a branch (Duff et al. 2017).
+/// Diagonalizes [[a, b], [b, c]], entries scaled to about one.
 #[inline(always)]
-fn complement([x, y, z]: [f32; 3]) -> ([f32; 3], [f32; 3]) {
-    let sign = 1.0_f32.copysign(z);
-    let a = -1.0 / (sign + z);
-    let b = x * y * a;
-    ([1.0 + sign * x * x * a, sign * b, -sign * x], [b, sign + y * y * a, -y])
+fn diagonalize(a: f32, b: f32, c: f32, order: u32) -> Pair {
+    // Mohr's circle: eigenvalues are its centre plus and minus its radius, and (d, b)/radius is (cos, sin) of the angle it
+    // shows, twice that of the eigenvectors. With a radius below zero the smaller eigenvalue comes first.
+    let d = 0.5 * (a - c);
+    let along = d.abs() + SMALL; // where both are zero, the axes themselves will do
+    let radius2 = along * along + b * b;
+    let per_radius = reciprocal_sqrt_of_twice(0.5 * radius2, order);
+    let radius = radius2 * per_radius;
+    let (cos2, sin2) = ((along * per_radius).abs(), b * per_radius);
+    // Half the angle, between the eigenvector and the axis that is nearer to it, so that nothing cancels.
+    let per_norm = reciprocal_sqrt_of_twice(1.0 + cos2, 0);
+    let (major, minor) = ((1.0 + cos2) * per_norm, sin2 * per_norm);
+    let second_axis = (d.to_bits() ^ order) & SIGN != 0;
+    let sum = a + c;
+    Pair {
+        first: 0.5 * sum + radius,
+        second: 0.5 * sum - radius,
+        sum,
+        cos: select(second_axis, minor, major),
+        sin: select(second_axis, major, minor),
+    }
 }
 
 #[inline(always)]
@@ -350,19 +313,23 @@ fn dot([a, b, c]: [f32; 3], [x, y, z]: [f32; 3]) -> f32 {
     a * x + b * y + c * z
 }
 
-#[inline(always)]
-fn combine(s: f32, [a, b, c]: [f32; 3], t: f32, [x, y, z]: [f32; 3]) -> [f32; 3] {
-    [s * a + t * x, s * b + t * y, s * c + t * z]
+fn cross([a, b, c]: [f32; 3], [x, y, z]: [f32; 3]) -> [f32; 3] {
+    [b * z - c * y, c * x - a * z, a * y - b * x]
 }
 
 #[inline(always)]
-fn normalize(v: [f32; 3]) -> [f32; 3] {
-    let per_norm = reciprocal_sqrt(dot(v, v));
-    v.map(|x| x * per_norm)
+fn add([a, b, c]: [f32; 3], [x, y, z]: [f32; 3]) -> [f32; 3] {
+    [a + x, b + y, c + z]
 }
 
 /// The bit that holds the sign of an `f32`.
 const SIGN: u32 = 1 << 31;
+
+/// `x` with the bit of its sign, which is not set yet, from `sign`.
+#[inline(always)]
+fn with_bit(x: f32, sign: u32) -> f32 {
+    f32::from_bits(x.to_bits() | sign)
+}
 
 /// The sign convention: the entry of largest magnitude is positive, the first of them when magnitudes tie.
 #[inline(always)]
@@ -373,40 +340,22 @@ fn with_sign<const N: usize>(v: [f32; N]) -> [f32; N] {
     bits.map(|bits| f32::from_bits(bits ^ sign))
 }
 
-/// A power of two that brings the sum of magnitudes to between one and two, and back, without rounding.
+/// A power of two that brings the sum of magnitudes to between four and eight, and back, without rounding.
 struct Scale {
     down: f32,
     up: f32,
-    /// Whether every entry is.
-    finite: bool,
 }
 
 impl Scale {
-    /// The sum of the entries' magnitudes must not overflow.
     #[inline(always)]
     fn of<const K: usize>(entries: [f32; K]) -> Scale {
-        const MANTISSA_BITS: u32 = 23;
-        const NOT_FINITE: u32 = 255;
+        const ONE: u32 = 1 << 23; // added to the bits of a number, doubles it
+        const EXPONENT: u32 = 255 * ONE;
         let sum = entries.map(f32::abs).iter().fold(-0.0, |sum, a| sum + a);
-        let exponent = sum.to_bits() >> MANTISSA_BITS & NOT_FINITE;
-        let finite = exponent != NOT_FINITE;
-        // 254 - exponent must itself be the exponent of a normal number.
-        let exponent = exponent.clamp(1, 253);
-        Scale {
-            down: f32::from_bits((254 - exponent) << MANTISSA_BITS),
-            up: f32::from_bits(exponent << MANTISSA_BITS),
-            finite,
-        }
-    }
-
-    #[inline(always)]
-    fn down(&self, a: f32) -> f32 {
-        a * self.down
-    }
-
-    #[inline(always)]
-    fn up(&self, a: f32) -> f32 {
-        a * self.up
+        // Not below four, for `up` to be normal. A sum that overflows counts as twice the largest f32.
+        let exponent = (sum.to_bits() & EXPONENT).max(4 * ONE);
+        // The exponents of both add up to 254, twice that of one.
+        Scale { down: f32::from_bits((256 * ONE).wrapping_sub(exponent)), up: f32::from_bits(exponent - 2 * ONE) }
     }
 }
 

@@ -170,6 +170,41 @@ fn a_matrix_with_an_entry_that_is_not_finite_is_refused() {
     }
 }
 
+#[test]
+fn whatever_stands_beside_it_an_entry_that_is_not_finite_is_told_and_nothing_else_is() {
+    const ENTRIES: [f32; 8] = [0.0, 1.0, -2.0, 1e-30, f32::MAX, f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
+    for k in 0..8_usize.pow(6) {
+        let [a, b, c, d, e, f] = [0, 1, 2, 3, 4, 5].map(|place| ENTRIES[k >> (3 * place) & 7]);
+        let matrix = Matrix3::new(a, b, d, b, c, e, d, e, f);
+        let finite = [a, b, c, d, e, f].iter().all(|x| x.is_finite());
+        assert_eq!(matrix.decompose().checked().is_ok(), finite, "{matrix}");
+        if a == 0.0 && c == 0.0 && f == 0.0 {
+            let small = [b, d, e].iter().all(|x| x.abs() <= 1.0);
+            let found = matrix.decompose_correlation().checked();
+            assert!(if small { found.is_ok() } else { finite || found.is_err() }, "{matrix}");
+        }
+        if d == 0.0 && e == 0.0 && f == 0.0 {
+            assert_eq!(Matrix2::new(a, b, b, c).decompose().checked().is_ok(), finite, "{a} {b} {c}");
+        }
+    }
+}
+
+#[test]
+fn right_handed_vectors_are_the_same_but_for_the_sign_of_the_last() {
+    let mut turned = 0;
+    for k in 0..64_u32 {
+        let angle = f64::from(k);
+        let found = from_values([3.0, 2.0, 1.0], [angle, 2.0 * angle, 3.0 * angle]).closed_form_eigen().unwrap();
+        let right = found.right_handed();
+        assert!(right.vectors.determinant() > 0.99);
+        assert_eq!((right.values, right.vectors.columns(0, 2)), (found.values, found.vectors.columns(0, 2)));
+        let hand = found.vectors.determinant().signum();
+        assert_eq!(right.vectors.column(2), found.vectors.column(2) * hand);
+        turned += u32::from(hand < 0.0);
+    }
+    assert!((8..56).contains(&turned), "{turned} of 64 turned");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
