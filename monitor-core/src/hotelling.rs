@@ -86,12 +86,9 @@ impl<const N: usize> Model<N> {
 }
 
 /// c D^(-1/2) of (1.6): what the score of each component is multiplied by; zero for those that are not retained.
-#[inline(never)]
 fn weights<const N: usize>(pca: &Pca<N>, scale: f32) -> [f32; N] {
     let mut weights = [0.0; N];
-    for (weight, variance) in weights.iter_mut().zip(pca.eigenvalues().data.0.as_flattened()).take(pca.retained()) {
-        *weight = square_root(scale / variance.max(EIGENVALUE_FLOOR));
-    }
+    fill_weights(&mut weights, pca.eigenvalues().as_slice(), pca.retained(), scale);
     weights
 }
 
@@ -107,9 +104,18 @@ fn triangulate<const N: usize>(rows: &mut [[f32; N]; N]) {
     }
 }
 
+// Slices, and never inlined: once in flash for models of two and of three channels, where time is not dear.
+
+#[inline(never)]
+fn fill_weights(weights: &mut [f32], variances: &[f32], retained: usize, scale: f32) {
+    for (weight, variance) in weights.iter_mut().zip(variances).take(retained) {
+        *weight = square_root(scale / variance.max(EIGENVALUE_FLOOR));
+    }
+}
+
 /// Rotates two rows so that `lower` becomes zero in a column.
-#[inline(never)] // three times in one model, and flash is dearer than the time of a window's end
-fn rotate<const N: usize>(upper: &mut [f32; N], lower: &mut [f32; N], column: usize) {
+#[inline(never)]
+fn rotate(upper: &mut [f32], lower: &mut [f32], column: usize) {
     let (Some(p), Some(q)) = (upper.get(column).copied(), lower.get(column).copied()) else { return };
     let larger = f32::max(p.abs(), q.abs());
     if !(larger > 0.0) {
@@ -125,6 +131,7 @@ fn rotate<const N: usize>(upper: &mut [f32; N], lower: &mut [f32; N], column: us
         *cell = 0.0;
     }
 }
+
 /// The factor I (I - R) / (R (I^2 - 1)) of (1.6), for I samples and R retained components.
 ///
 /// The paper prints I^2 - I in the denominator; the limit of a future sample's T2 (phase II) has I^2 - 1, and that is

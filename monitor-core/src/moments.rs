@@ -25,6 +25,9 @@ const BLOCK: u32 = 64;
 /// (1/sqrt(n)) is of the size of the correlations themselves.
 const MIN_SAMPLES_PER_CHANNEL: u32 = 10;
 
+/// Below it a variance has no root of full precision.
+const SMALLEST_VARIANCE: f32 = 4.0 * f32::MIN_POSITIVE;
+
 /// Why a learning window was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -293,7 +296,7 @@ impl<const N: usize> Moments<N> {
         }
         for (channel, variance, m) in of_channels() {
             let rounding = f32::EPSILON * m;
-            if !(*variance > rounding * rounding && variance.is_normal()) {
+            if !(*variance > rounding * rounding && *variance > SMALLEST_VARIANCE) {
                 return Err(LearnError::ConstantChannel(channel));
             }
         }

@@ -37,7 +37,13 @@ fn newton(half: f32, y: f32) -> f32 {
     y * (1.5 - half * y * y)
 }
 
-/// The square root of zero or of a normal number above it, to within two units in the last place.
+/// 1/sqrt(x) for an `x` from twice the smallest normal number on.
+#[inline(always)]
+pub(crate) fn reciprocal_sqrt(x: f32) -> f32 {
+    reciprocal_sqrt_of_twice(0.5 * x, 0)
+}
+
+/// The square root of zero, or of a number from twice the smallest normal one on, to within two units in the last place.
 #[inline(never)] // for the end of a learning window, where flash is dearer than time
 pub(crate) fn square_root(x: f32) -> f32 {
     x * reciprocal_sqrt(x)
@@ -46,10 +52,6 @@ pub(crate) fn square_root(x: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn reciprocal_sqrt(x: f32) -> f32 {
-        reciprocal_sqrt_of_twice(0.5 * x, 0)
-    }
 
     #[test]
     fn the_reciprocal_root_is_within_one_and_a_half_units_in_the_last_place_over_all_mantissas() {
