@@ -111,7 +111,7 @@ fn host_verdicts(slots: &[Arrival]) -> Vec<[u32; VERDICT_WORDS]> {
     let mut background = Background::new(heard, config().explained_share);
     let mut named = Vec::new();
     let step = |slot: &Arrival| {
-        let verdict = host.0.on_interrupt(Slot::default(), slot.set_point, || slot.reading, |_| {});
+        let verdict = *host.0.on_interrupt(Slot::default(), slot.set_point, || slot.reading, |_| {});
         background.learn(&mut host);
         while background.next_note().is_some() {}
         named.push(verdict.diagnosis());
