@@ -31,6 +31,7 @@ impl Report {
     }
 
     /// Logs a note.
+    #[inline(never)]
     pub fn note(&self, note: Note) {
         match note {
             Note::Event { event, residual, alarm_since } => self.event(event.sample, event.kind, residual, alarm_since),
@@ -81,6 +82,7 @@ impl Report {
     }
 
     /// Logs an answer.
+    #[inline(never)]
     pub fn answer(&self, answer: Answer) {
         match answer {
             Answer::Contributions(Some([speed, current, voltage])) => defmt::info!(

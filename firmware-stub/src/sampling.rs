@@ -214,6 +214,7 @@ fn rejection(
 }
 
 /// What the main loop needs in order to tell of an event.
+#[inline(never)]
 fn note(event: Event, verdict: &Verdict) -> Note {
     let model = match event.kind {
         EventKind::RelayUp(model) | EventKind::RelayDown(model) => model,

@@ -69,6 +69,7 @@ impl Baseline {
     ///
     /// # Errors
     /// [`LearnError`] when the window cannot be learned from.
+    #[inline(never)] // Large, and called once in a while: it keeps its stack and its code to itself.
     pub fn learn(window: &Moments<3>, share: ExplainedShare) -> Result<Self, LearnError> {
         let statistics = window.statistics()?;
         let correlation = statistics.correlation();

@@ -118,10 +118,8 @@ fn fill_weights(weights: &mut [f32], variances: &[f32], retained: usize, scale: 
 fn rotate(upper: &mut [f32], lower: &mut [f32], column: usize) {
     let (Some(p), Some(q)) = (upper.get(column).copied(), lower.get(column).copied()) else { return };
     let larger = f32::max(p.abs(), q.abs());
-    if !(larger > 0.0) {
-        return;
-    }
-    let (p, q) = (p / larger, q / larger);
+    // Where both are zero there is nothing to rotate.
+    let (p, q) = if larger > 0.0 { (p / larger, q / larger) } else { (1.0, 0.0) };
     let per_length = reciprocal_sqrt(p * p + q * q);
     let (cos, sin) = (p * per_length, q * per_length);
     for (a, b) in upper.iter_mut().zip(lower.iter_mut()) {

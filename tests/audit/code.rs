@@ -107,12 +107,10 @@ impl Code {
     }
 }
 
-/// Code is aligned to 16 bytes at most.
-const LONGEST_FILLER: usize = 15;
-
-/// The targets of a branch table: it stands behind its instruction and reaches to the next code. An entry is half the
-/// distance from the table to its target (Arm DDI 0403, A7.7.185). A table may be filled up to an alignment; filler that
-/// happens to lead somewhere is taken for an entry, which is safe.
+/// The targets of a branch table: it stands behind its instruction. An entry is half the distance from the table to its
+/// target (Arm DDI 0403, A7.7.185). Nothing says where a table ends: filler up to an alignment or constants may follow. But
+/// every entry leads to code of its function, so those that do, from the first on, hold the whole table; one too many, which
+/// leads there by chance, is safe.
 fn table(image: &Image, function: &Function<'_>, branch: &Instruction, entry: u32) -> Result<Vec<u32>, String> {
     let start = branch.end();
     let unreadable = || format!("{}: the branch table at {start:#010x} cannot be read", function.symbol.name);
@@ -122,10 +120,8 @@ fn table(image: &Image, function: &Function<'_>, branch: &Instruction, entry: u3
         bytes.chunks_exact(entry as usize).map(|e| e.iter().rev().fold(0, |n, byte| n << 8 | u32::from(*byte)));
     let mut targets: Vec<u32> = entries.map(|halfwords| start + 2 * halfwords).collect();
     let leads_somewhere = |target: &u32| (end..function.end).contains(target) && image.is_code(*target);
-    // What stands behind the last entry fills up to where the next code is aligned to: zeros and `nop`s (0xBF00).
     let entries = targets.iter().position(|target| !leads_somewhere(target)).unwrap_or(targets.len());
-    let filler = bytes.get(entries * entry as usize..).unwrap_or_default();
-    if entries == 0 || filler.len() > LONGEST_FILLER || !filler.iter().all(|byte| [0x00, 0xBF].contains(byte)) {
+    if entries == 0 {
         return Err(unreadable());
     }
     targets.truncate(entries);

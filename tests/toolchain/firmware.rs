@@ -31,6 +31,8 @@ pub struct Firmware<'a> {
     pub cpu: &'a str,
     /// Arguments of the linker.
     pub link: &'a [&'a str],
+    /// Profile of cargo: what is flashed is linked as one unit (`firmware`), what serves tests as quickly as may be.
+    pub profile: &'a str,
     /// Whether `flip-link` puts the stack below everything else in RAM, so that an overflow faults.
     pub guarded: bool,
 }
@@ -41,7 +43,8 @@ impl<'a> Firmware<'a> {
     pub const fn emulated(binary: &'a str) -> Self {
         let link: &[&str] = &["-Tlink.x", "-Tdefmt.x", "--defsym=_board_qemu=1"];
         let unit = Unit::Binary;
-        Firmware { binary, unit, features: "board-qemu", target: TARGET, cpu: "cortex-m4", link, guarded: true }
+        let (features, profile) = ("board-qemu", "release");
+        Firmware { binary, unit, features, target: TARGET, cpu: "cortex-m4", link, profile, guarded: true }
     }
 
     /// An example for the emulated board.
@@ -53,7 +56,7 @@ impl<'a> Firmware<'a> {
     /// The firmware of the STM32F405 board; `extra` features choose between silicon and emulator.
     #[must_use]
     pub const fn thruster(features: &'a str) -> Self {
-        Firmware { features, link: &["-Tlink.x", "-Tdefmt.x"], ..Self::emulated("thruster") }
+        Firmware { features, link: &["-Tlink.x", "-Tdefmt.x"], profile: "firmware", ..Self::emulated("thruster") }
     }
 
     /// A binary that is made for audits: the core by itself, without a board and without `defmt`.
@@ -73,7 +76,7 @@ impl<'a> Firmware<'a> {
             Unit::Example => "examples",
             Unit::Binary | Unit::Library => ".",
         };
-        Ok(directory().join(self.target).join("firmware").join(place).join(self.binary))
+        Ok(directory().join(self.target).join(self.profile).join(place).join(self.binary))
     }
 
     /// Lints it, warnings denied.
@@ -101,7 +104,7 @@ impl<'a> Firmware<'a> {
             .env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", &linker)
             .env("DEFMT_LOG", "info")
             .env("PATH", path_with(&linkers()))
-            .args([verb, "--profile", "firmware", "--locked", "--target", self.target, "--target-dir"])
+            .args([verb, "--profile", self.profile, "--locked", "--target", self.target, "--target-dir"])
             .arg(directory());
         match self.unit {
             Unit::Binary => command.args(["-p", "firmware-stub", "--bin", self.binary]),

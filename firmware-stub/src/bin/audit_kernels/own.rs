@@ -21,8 +21,8 @@ type Learned = Result<Baseline, LearnError>;
 
 #[inline(never)]
 #[unsafe(no_mangle)]
-extern "C" fn audit_step<'m>(monitor: &'m mut Monitor, x: &[f32; 3], set_point: f32) -> &'m Verdict {
-    monitor.step_channels(set_point, *x)
+extern "C" fn audit_step(monitor: &mut Monitor, set_point: f32, a: f32, b: f32, c: f32) -> &Verdict {
+    monitor.step_channels(set_point, [a, b, c])
 }
 
 #[inline(never)]
@@ -120,7 +120,7 @@ impl Own {
     pub(crate) fn call(&mut self, request: &Request) -> u32 {
         let [a, b, c, d, e, f, _] = request.numbers();
         match request.kernel {
-            Kernel::Step => kernels::digest_of_verdict(audit_step(&mut self.monitor, &[b, c, d], a)),
+            Kernel::Step => kernels::digest_of_verdict(audit_step(&mut self.monitor, a, b, c, d)),
             Kernel::FinishLearning => u32::from(audit_finish_learning(&mut self.monitor)),
             Kernel::Push => {
                 audit_push(&mut self.window, &[a, b, c]);
