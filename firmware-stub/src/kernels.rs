@@ -34,8 +34,8 @@ macro_rules! kernels {
 kernels! {
     /// A new monitor, filter and window: no call.
     Restart = "",
-    /// `Monitor::step_channels`; input: set point, three channels.
-    Step = "audit_step",
+    /// `Monitor::step_channels`, which every image calls in flash as this function; input: set point, three channels.
+    Step = "<monitor_core::monitor::Monitor>::slot",
     /// `Monitor::finish_learning`.
     FinishLearning = "audit_finish_learning",
     /// `Moments::push`; input: three channels.

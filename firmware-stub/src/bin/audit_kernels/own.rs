@@ -14,16 +14,10 @@ use monitor_core::low_pass::{LowPass, LowPassState};
 use monitor_core::moments::{LearnError, Moments};
 use monitor_core::pca::{ExplainedShare, Pca};
 use monitor_core::smoother::Smoother;
-use monitor_core::{Baseline, Monitor, Verdict};
+use monitor_core::{Baseline, Monitor};
 use nalgebra::{Matrix2, Matrix3};
 
 type Learned = Result<Baseline, LearnError>;
-
-#[inline(never)]
-#[unsafe(no_mangle)]
-extern "C" fn audit_step(monitor: &mut Monitor, set_point: f32, a: f32, b: f32, c: f32) -> &Verdict {
-    monitor.step_channels(set_point, [a, b, c])
-}
 
 #[inline(never)]
 #[unsafe(no_mangle)]
@@ -120,7 +114,7 @@ impl Own {
     pub(crate) fn call(&mut self, request: &Request) -> u32 {
         let [a, b, c, d, e, f, _] = request.numbers();
         match request.kernel {
-            Kernel::Step => kernels::digest_of_verdict(audit_step(&mut self.monitor, a, b, c, d)),
+            Kernel::Step => kernels::digest_of_verdict(self.monitor.step_channels(a, [b, c, d])),
             Kernel::FinishLearning => u32::from(audit_finish_learning(&mut self.monitor)),
             Kernel::Push => {
                 audit_push(&mut self.window, &[a, b, c]);
