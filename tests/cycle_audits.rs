@@ -62,7 +62,7 @@ fn a_branch_on_what_an_earlier_sample_left_behind_is_refused() {
 #[test]
 fn judging_and_learning_take_one_path_each_whatever_the_samples_are() {
     let proofs = cycle_audit::prove(kernels(), &inputs::steps(1, 60)).unwrap();
-    for label in [inputs::MONITORING, inputs::SWITCHING, inputs::LEARNING, inputs::LEARNING_BLOCK] {
+    for label in [inputs::MONITORING, inputs::SWITCHING, inputs::LEARNING, inputs::LEARNING_JOIN] {
         assert_eq!(proofs[label].faults(), Vec::<String>::new(), "{label}");
         assert!(proofs[label].selects.len() > 3, "{label}: data was followed, and not lost");
     }

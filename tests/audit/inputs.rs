@@ -58,8 +58,11 @@ pub const NASTY: [f32; 14] = [
 pub const SETTLING: &str = "step_settling";
 /// A routine slot of the learning window.
 pub const LEARNING: &str = "step_learning";
-/// Every 64th slot of it, in which a block is merged.
-pub const LEARNING_BLOCK: &str = "step_learning_block";
+/// Twelve slots in 64 of it: a sum joins the total.
+pub const LEARNING_JOIN: &str = "step_learning_join";
+/// Sums of a window: each joins its total in a slot of its own.
+const SUMS: usize = 12;
+
 /// A judged slot in which no relay switched.
 pub const MONITORING: &str = "step_monitoring";
 /// A judged slot in which one did.
@@ -68,8 +71,8 @@ pub const SWITCHING: &str = "step_alarm_switching";
 pub const TRANSITION: &str = "step_transition";
 /// `Moments::push`.
 pub const PUSH: &str = "learning_push";
-/// The same with a merge: every 64th, or the first.
-pub const PUSH_BLOCK: &str = "learning_push_block";
+/// The same in the twelve slots in 64 in which a sum joins the total.
+pub const PUSH_JOIN: &str = "learning_push_join";
 /// `Baseline::learn`.
 pub const WINDOW_END: &str = "window_end";
 /// The solvers, the filter and T2.
@@ -169,7 +172,7 @@ impl Flight {
             (Phase::Settling(_), Phase::Settling(_)) => SETTLING,
             (Phase::Learning, Phase::Learning) => {
                 self.slots += 1;
-                if self.slots.is_multiple_of(64) { LEARNING_BLOCK } else { LEARNING }
+                if (self.slots - 1) % 64 < SUMS { LEARNING_JOIN } else { LEARNING }
             }
             (Phase::Monitoring, Phase::Monitoring) if verdict.relays() == self.last.relays() => MONITORING,
             (Phase::Monitoring, Phase::Monitoring) => SWITCHING,
@@ -209,7 +212,7 @@ pub fn windows(count: usize, growth: usize) -> Vec<Question> {
             if window % 4 == 3 && slot == 20 {
                 b = NASTY[window / 4 % NASTY.len()];
             }
-            let label = if slot == 0 || slot % 64 == 63 { PUSH_BLOCK } else { PUSH };
+            let label = if slot % 64 < SUMS { PUSH_JOIN } else { PUSH };
             questions.push(Question { request: Request::new(Kernel::Push, &[a, b, c]), label, expected: Some(0) });
             if slot >= 30 {
                 questions.push(Question::of_peer(Kernel::WindowEnd, &[], WINDOW_END));
