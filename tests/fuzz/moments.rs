@@ -115,7 +115,10 @@ fn judge_statistics(statistics: &Statistics<3>) {
     assert!(*samples >= Moments::<3>::MIN_SAMPLES);
     assert!(mean.iter().chain(covariance).all(|x| x.is_finite()), "{statistics:?}");
     assert!(*covariance == covariance.transpose(), "{covariance} is not symmetric");
-    assert!(statistics.sigma().iter().all(|s| *s > 0.0 && s.is_finite()), "{statistics:?}");
+    for (sigma, variance) in statistics.sigma().iter().zip(covariance.diagonal().iter()) {
+        let error = f64::from(*sigma).powi(2) / f64::from(*variance) - 1.0;
+        assert!(*sigma > 0.0 && error.abs() < 1e-6, "sigma is {sigma:e}, variance {variance:e}");
+    }
     let correlation = statistics.correlation();
     assert!(correlation.diagonal().iter().all(|x| *x == 1.0), "{correlation}");
     assert!(correlation.iter().all(|rho| rho.abs() <= 1.0), "{correlation}");
