@@ -4,11 +4,6 @@
 //! that brings it back (`BOLERO_RANDOM_SEED`). Longer, here ten minutes a target:
 //!
 //! `BOLERO_RANDOM_TEST_TIME_MS=600000 cargo test --release -p tests --test fuzz -- --nocapture`
-//!
-//! Guided by coverage, one target at a time, with a nightly compiler and after `cargo install cargo-bolero`; what it
-//! finds, it keeps below `tests/fuzz/__fuzz__`, from where the tests above take it:
-//!
-//! `cargo +nightly bolero test -p tests -s NONE -T 10min fuzz::step::a_monitor_keeps_its_promises_whatever_it_is_fed`
 
 mod fuzz {
     mod eigen;
