@@ -1,6 +1,6 @@
 //! Promise: no input, however mad, makes the core or the log reader panic, or say what is no number.
 //!
-//! Each target draws inputs for two seconds, new ones in every run; what it finds, it shrinks and prints with the seed
+//! Each target draws inputs for two seconds, new ones in every run; what it finds, it prints with the seed
 //! that brings it back (`BOLERO_RANDOM_SEED`). Longer, here ten minutes a target:
 //!
 //! `BOLERO_RANDOM_TEST_TIME_MS=600000 cargo test --release -p tests --test fuzz -- --nocapture`
