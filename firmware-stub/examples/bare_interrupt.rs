@@ -112,7 +112,7 @@ fn main() -> ! {
     let mut watchdog = Watchdog::start(100);
     let _timer = SamplingTimer::start(core.SYST, common::RATE_HZ);
     let mut named = false;
-    while Locked.with(|sampling| sampling.slot()) < u64::from(common::SLOTS) {
+    while Locked.with(|sampling| sampling.slots()) < u64::from(common::SLOTS) {
         background.learn(&mut Locked);
         while let Some(note) = background.next_note() {
             named |= common::names_the_fault(&note);

@@ -94,7 +94,7 @@ async fn main(_spawner: Spawner) {
     let mut watchdog = Watchdog::start(100);
     let _timer = SamplingTimer::start(core.SYST, common::RATE_HZ);
     let mut named = false;
-    while Locked.with(|sampling| sampling.slot()) < u64::from(common::SLOTS) {
+    while Locked.with(|sampling| sampling.slots()) < u64::from(common::SLOTS) {
         SAMPLED.wait().await;
         background.learn(&mut Locked);
         while let Some(note) = background.next_note() {

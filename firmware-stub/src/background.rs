@@ -102,7 +102,7 @@ impl<'q> Background<'q> {
     /// Whether the sampling interrupt has judged a slot since this was last asked. Only then may the watchdog be fed:
     /// fed by a main loop alone, it would not see an interrupt that has stopped.
     pub fn sampling_is_alive(&mut self, shared: &mut impl Shared<'q>) -> bool {
-        let slot = shared.with(|sampling| sampling.slot());
+        let slot = shared.with(|sampling| sampling.slots());
         let alive = self.fed_at != Some(slot);
         self.fed_at = Some(slot);
         alive

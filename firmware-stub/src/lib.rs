@@ -2,8 +2,9 @@
 //!
 //! In the order in which a sample passes: which [slot](deadline) of the sampling clock the interrupt belongs to, what the
 //! [interrupt](sampling) does with it, what the [main loop](background) does at leisure, what can be [asked](request) of
-//! it, how it is [reported](report), and [how a run can end](fault). Beside them stand the [records](record) that a host
-//! and an emulated board exchange, the [kernels] that an audit calls one by one, and the boards, of which a build has at most one.
+//! it, how it is reported (`report`, with the feature `defmt`), and [how a run can end](fault). Beside them stand the
+//! [records](record) that a host and an emulated board exchange, the [kernels] that an audit calls one by one, and the
+//! boards, of which a build has at most one.
 
 #![no_std]
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]

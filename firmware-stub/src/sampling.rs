@@ -160,7 +160,7 @@ impl<'q> Sampling<'q> {
     /// ([`Deadline::overrun`](crate::deadline::Deadline::overrun)).
     pub fn overran(&mut self) {
         self.counts.overruns = self.counts.overruns.saturating_add(1);
-        let sample = self.slot();
+        let sample = self.monitor.verdict().sample();
         push(&mut self.notes, &mut self.counts, Note::Overrun { sample });
     }
 
@@ -172,10 +172,10 @@ impl<'q> Sampling<'q> {
         Snapshot { verdict, channels: *channels, baseline, counts: *counts }
     }
 
-    /// Index of the last slot: it moves while the interrupt is alive.
+    /// Slots so far: the count moves while the interrupt is alive.
     #[must_use]
-    pub fn slot(&self) -> u64 {
-        self.monitor.verdict().sample()
+    pub fn slots(&self) -> u64 {
+        self.monitor.verdict().sample().wrapping_add(1)
     }
 
     /// The learning window, when it is complete and no model has been made of it.
@@ -188,7 +188,7 @@ impl<'q> Sampling<'q> {
     pub fn install(&mut self, learned: Result<Baseline, LearnError>) -> bool {
         let wanted = self.monitor.install(learned);
         if let (true, Err(error)) = (wanted, learned) {
-            let event = Event { sample: self.slot(), kind: EventKind::LearningRefused(error) };
+            let event = Event { sample: self.monitor.verdict().sample(), kind: EventKind::LearningRefused(error) };
             push(&mut self.notes, &mut self.counts, note(event, self.monitor.verdict()));
         }
         wanted

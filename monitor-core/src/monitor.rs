@@ -348,7 +348,7 @@ impl<S: Smoother> Monitor<S> {
         self.baseline().map(|baseline| baseline.contributions(x))
     }
 
-    /// The verdict on the last slot.
+    /// The verdict on the last slot; before the first, the index of its sample is the largest `u64`, one before zero.
     #[must_use]
     pub const fn verdict(&self) -> &Verdict {
         &self.verdict

@@ -28,7 +28,7 @@ Exit codes: 0 within budgets and nothing forbidden, 1 over a budget or something
 
 /// Audits the linked firmware: memory, stack, time, and what must not be in it.
 #[derive(Debug, Parser)]
-#[command(name = "audit", version, about, after_help = EXAMPLES)]
+#[command(name = "audit", version, after_help = EXAMPLES)]
 pub struct Options {
     /// Audit this image, and no other, without budgets
     #[arg(long, value_name = "FILE", conflicts_with_all = ["accept", "budgets"])]

@@ -134,15 +134,15 @@ struct Prover<'a> {
     proofs: BTreeMap<&'static str, Proof>,
 }
 
-/// Bytes of the data that a kernel is given, at the address in r1.
+/// Bytes of the data that a kernel is given, at the address in r1; a step has its readings in registers.
 fn data_bytes(kernel: Kernel) -> u32 {
     match kernel {
-        Kernel::Restart | Kernel::ClearWindow | Kernel::FinishLearning | Kernel::WindowEnd => 0,
+        Kernel::Restart | Kernel::ClearWindow | Kernel::FinishLearning | Kernel::WindowEnd | Kernel::Step => 0,
         Kernel::Filter | Kernel::Biquad | Kernel::CBiquad => 4,
         Kernel::Branching | Kernel::Selecting | Kernel::Indexing | Kernel::Remembering => 4,
         Kernel::Eigen2 | Kernel::Correlation2 | Kernel::NalgebraEigen2 => 4 * 4,
         Kernel::Eigen3 | Kernel::Correlation3 | Kernel::NalgebraEigen3 => 9 * 4,
-        Kernel::Step | Kernel::Push | Kernel::T2 | Kernel::NalgebraT2 | Kernel::Textbook => 3 * 4,
+        Kernel::Push | Kernel::T2 | Kernel::NalgebraT2 | Kernel::Textbook => 3 * 4,
         Kernel::CMatrixT2 | Kernel::CTriangleT2 => 3 * 4,
     }
 }
@@ -175,6 +175,12 @@ impl Prover<'_> {
         let back = trace::return_address(self.code, self.before, kernel)?;
         self.open = Some(Open { kernel, label, back, state: step.registers[0] });
         self.marks.enter();
+        if kernel == Kernel::Step {
+            // The set point is in s0; the three readings follow it.
+            for reading in [1, 2, 3].map(Register::single) {
+                self.marks.set(reading, Mark { data: true, ..Mark::default() }, false);
+            }
+        }
         let data = step.registers[1];
         self.marks.mark_data(data..data + data_bytes(kernel));
         self.proofs.entry(label).or_default().calls += 1;

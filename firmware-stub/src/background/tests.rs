@@ -126,6 +126,15 @@ fn lost_and_late_slots_are_verdicts_of_their_own_and_no_late_slot_is_read() {
 }
 
 #[test]
+fn slots_are_counted_from_none_on() {
+    let mut queue = Notes::new();
+    let (mut bench, _) = board(&mut queue);
+    assert_eq!(bench.0.slots(), 0);
+    bench.0.on_interrupt(Slot { lost: 2, late: false }, SET_POINT, || reading(0, 0.0), |_| {});
+    assert_eq!(bench.0.slots(), 3);
+}
+
+#[test]
 fn an_overrun_is_counted_and_told_of_with_its_slot() {
     let mut queue = Notes::new();
     let (mut bench, mut background) = board(&mut queue);
@@ -151,7 +160,7 @@ fn a_model_of_a_set_point_that_has_changed_meanwhile_is_thrown_away_and_counted(
     let mut queue = Notes::new();
     let (mut bench, mut background) = board(&mut queue);
     while bench.0.learned_window().is_none() {
-        let k = bench.0.slot() as u32;
+        let k = bench.0.slots() as u32;
         bench.0.on_interrupt(IN_TIME, SET_POINT, || reading(k, 0.0), |_| {});
     }
     let mut moving = Moving(bench, 0);
