@@ -199,7 +199,7 @@ impl<const N: usize> Moments<N> {
     #[inline]
     #[must_use]
     pub const fn samples(&self) -> u32 {
-        self.remembered as u32 + self.taken
+        (self.remembered as u32).saturating_add(self.taken)
     }
 
     /// Slots that have gone by, with and without a sample.
@@ -229,7 +229,7 @@ impl<const N: usize> Moments<N> {
         // From its shift to ours.
         other.total.recentre(other.weight(), difference(self.shift, other.shift));
         self.total.add(&other.total);
-        self.taken += other.taken;
+        self.taken = self.taken.saturating_add(other.taken);
         self.remembered += other.remembered;
         self.slots = self.slots.wrapping_add(other.slots);
     }

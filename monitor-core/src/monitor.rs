@@ -300,7 +300,10 @@ impl<S: Smoother> Monitor<S> {
         let Stage::ModelDue(window) = self.stage else { return false };
         match learned {
             Ok(baseline) => self.judge_by(baseline),
-            Err(error) => (self.stage, self.refused) = (Stage::Learning(Moments::around(window.shift())), Some(error)),
+            Err(error) => {
+                (self.stage, self.refused) = (Stage::Learning(Moments::around(window.shift())), Some(error));
+                self.verdict.phase = Phase::Learning;
+            }
         }
         true
     }

@@ -39,7 +39,7 @@ struct Window {
     clip: Option<Clip<3>>,
 }
 
-/// A window that holds more is out of the range of the counts: a learning window has fewer than 2^32 samples.
+/// A window that holds more stays at the end of its counts: it is no longer what its samples say.
 const MOST_SAMPLES: f64 = (1_u64 << 31) as f64;
 
 #[test]

@@ -149,7 +149,6 @@ impl Flight {
     }
 
     fn slot(&mut self, set_point: f32, x: [f32; 3]) {
-        let said = self.monitor.verdict().phase();
         let verdict = *self.monitor.step_channels(set_point, x);
         if let Some(Rejected::Absent(_)) = verdict.rejected() {
             panic!("a slot with a sample is absent: {verdict:?}");
@@ -159,11 +158,10 @@ impl Flight {
         assert!(verdict.rejected() != Some(Rejected::NonFiniteSetPoint) || !set_point.is_finite(), "{verdict:?}");
         assert_eq!(verdict.readings().map(f32::to_bits), x.map(f32::to_bits));
         let _ = self.monitor.contributions(x);
-        // The rest of a verdict on a set point that is no number is as it was, the phase too: where a window has just
-        // been refused, that is `ModelDue` still.
+        // A set point that is no number moves nothing, the phase neither.
         let stands = verdict.rejected() == Some(Rejected::NonFiniteSetPoint);
-        assert!(!stands || verdict.phase() == said, "{verdict:?} after {said:?}");
-        self.judge(verdict, if stands { self.phase } else { verdict.phase() });
+        assert!(!stands || verdict.phase() == self.phase, "{verdict:?} after {:?}", self.phase);
+        self.judge(verdict, verdict.phase());
     }
 
     fn skip(&mut self, why: Absence) {

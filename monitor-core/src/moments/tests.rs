@@ -216,6 +216,17 @@ fn a_window_may_forget_everything_and_begin_again() {
 }
 
 #[test]
+fn windows_that_hold_more_than_can_be_counted_stay_at_the_largest_count() {
+    let mut moments = Moments::<3>::default();
+    window(64).iter().for_each(|x| moments.push(*x));
+    for _ in 0..40 {
+        let twin = moments;
+        moments.merge(&twin);
+    }
+    assert_eq!(moments.samples(), u32::MAX);
+}
+
+#[test]
 fn a_clip_moves_spikes_to_its_reach_and_leaves_everything_else() {
     let seed = learned(&window(1000)).unwrap();
     let clip = Clip::at(&seed, 3.0);

@@ -235,6 +235,16 @@ fn a_window_with_a_constant_channel_is_refused_with_its_name_and_a_new_one_begin
 }
 
 #[test]
+fn a_refused_window_is_over_at_once_even_for_a_slot_whose_set_point_is_no_number() {
+    let mut monitor = Monitor::new(&config()).unwrap();
+    (0..550).for_each(|k| {
+        monitor.step_channels(SET_POINT, [300.0, healthy(k)[1], healthy(k)[2]]);
+    });
+    assert!(monitor.finish_learning().is_err());
+    assert_eq!(monitor.step_channels(f32::NAN, healthy(550)).phase(), Phase::Learning);
+}
+
+#[test]
 fn a_monitor_with_a_stored_baseline_judges_from_the_first_sample() {
     let baseline = *learned().baseline().unwrap();
     let stored = Baseline::from_stored(&baseline.stored(), ExplainedShare::PAPER).unwrap();
