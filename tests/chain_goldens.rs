@@ -48,8 +48,7 @@ impl Goldens {
     }
 
     fn baseline(&self) -> Baseline {
-        let mut moments = Moments::default();
-        self.samples[..self.window].iter().for_each(|x| moments.push(*x));
+        let moments: Moments<3> = self.samples[..self.window].iter().copied().collect();
         Baseline::learn(&moments, ExplainedShare::PAPER).unwrap()
     }
 }

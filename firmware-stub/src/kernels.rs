@@ -142,6 +142,9 @@ pub fn config() -> Config {
 /// Where the default motor works: rad/s, A, V.
 pub const SET_POINT: f32 = 300.0;
 
+/// Mean of the healthy samples: speed, armature current, armature voltage.
+pub const HEALTHY_MEAN: [f32; 3] = [SET_POINT, 2.0, 10.0];
+
 /// Reproducible, correlated samples around the default motor's operating point, without end.
 pub fn healthy(seed: u32) -> impl Iterator<Item = [f32; 3]> + Clone {
     let mut state = seed;
@@ -150,9 +153,10 @@ pub fn healthy(seed: u32) -> impl Iterator<Item = [f32; 3]> + Clone {
         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         (state >> 8) as f32 / 16_777_216.0 - 0.5
     };
+    let [speed, current, voltage] = HEALTHY_MEAN;
     core::iter::repeat_with(move || {
         let (a, b, c) = (uniform(), uniform(), uniform());
-        [SET_POINT + 0.2 * a, 2.0 + 0.02 * (a + b), 10.0 + 0.02 * (c - b)]
+        [speed + 0.2 * a, current + 0.02 * (a + b), voltage + 0.02 * (c - b)]
     })
 }
 

@@ -181,7 +181,7 @@ impl<'q> Sampling<'q> {
     /// The learning window, when it is complete and no model has been made of it.
     #[must_use]
     pub fn learned_window(&self) -> Option<Moments<3>> {
-        self.monitor.learned_window()
+        self.monitor.learned_window().copied()
     }
 
     /// Hands in what was made of the learning window; returns whether it was still wanted.

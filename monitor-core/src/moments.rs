@@ -3,7 +3,7 @@
 //! Sums of deviations from a shift near the mean, gathered in blocks. A plain sum of squares in `f32` loses every
 //! digit of the variance once mean/sigma passes a few thousand (a speed of 300 rad/s with 0.1 rad/s of noise is there
 //! already), and Welford's update on raw samples drifts over long windows. Here
-//! - the shift is given, or is the first sample, so deviations stay of the size of sigma;
+//! - the shift is given (the first sample, or a guess of the mean), so deviations stay of the size of sigma;
 //! - 64 samples are summed by themselves before they join the total, so the rounding error of a long window grows with
 //!   the number of blocks and not with the number of samples (Chan, Golub, LeVeque 1983, shifted and pairwise). Each sum
 //!   joins in a slot of its own: no slot is slow;
@@ -52,48 +52,59 @@ impl From<PcaError> for LearnError {
     }
 }
 
+/// A sum of a window: of the block that is being gathered, and of the blocks before it. Side by side, so that one index
+/// finds both.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Sum {
+    block: f32,
+    total: f32,
+}
+
+impl Sum {
+    const ZERO: Self = Sum { block: 0.0, total: 0.0 };
+
+    #[inline(always)]
+    fn join(&mut self) {
+        self.total += self.block;
+        self.block = 0.0;
+    }
+
+    const fn value(self) -> f32 {
+        self.total + self.block
+    }
+}
+
 /// Sums of deviations from a shift and of their products; of the products, the lower triangle is kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Sums<const N: usize> {
-    first: [f32; N],
-    second: [[f32; N]; N],
+    first: [Sum; N],
+    second: [[Sum; N]; N],
 }
 
 impl<const N: usize> Sums<N> {
-    const ZERO: Self = Sums { first: [0.0; N], second: [[0.0; N]; N] };
+    const ZERO: Self = Sums { first: [Sum::ZERO; N], second: [[Sum::ZERO; N]; N] };
+
+    fn for_each(&mut self, change: impl FnMut(&mut Sum)) {
+        self.first.iter_mut().chain(self.second.as_flattened_mut()).for_each(change);
+    }
 
     fn add(&mut self, other: &Self) {
-        for (a, b) in self.first.iter_mut().zip(other.first) {
-            *a += b;
-        }
-        for (a, b) in self.second.iter_mut().flatten().zip(other.second.as_flattened()) {
-            *a += b;
+        let others = other.first.iter().chain(other.second.as_flattened());
+        for (sum, other) in self.first.iter_mut().chain(self.second.as_flattened_mut()).zip(others) {
+            sum.total += other.value();
         }
     }
 
-    /// The sum at a place: products by rows, then first powers.
-    #[inline(always)]
-    fn at(&mut self, place: usize) -> Option<&mut f32> {
-        match place.checked_sub(N * N) {
-            None => self.second.as_flattened_mut().get_mut(place),
-            Some(place) => self.first.get_mut(place),
-        }
-    }
-
-    fn scale(&mut self, factor: f32) {
-        self.first.iter_mut().chain(self.second.iter_mut().flatten()).for_each(|sum| *sum *= factor);
-    }
-
-    /// The same sums, of `n` samples, for a shift that has `moved`.
+    /// The same sums, of `n` samples, for a shift that has `moved`. Blocks must have joined.
     fn recentre(&mut self, n: f32, moved: [f32; N]) {
         let first = self.first;
         for (i, ((row, m_i), s_i)) in self.second.iter_mut().zip(moved).zip(first).enumerate() {
             for ((product, m_j), s_j) in row.iter_mut().zip(moved).zip(first).take(i + 1) {
-                *product += n * m_i * m_j - m_i * s_j - s_i * m_j;
+                product.total += n * m_i * m_j - m_i * s_j.total - s_i.total * m_j;
             }
         }
         for (sum, m) in self.first.iter_mut().zip(moved) {
-            *sum -= n * m;
+            sum.total -= n * m;
         }
     }
 }
@@ -102,15 +113,13 @@ impl<const N: usize> Sums<N> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moments<const N: usize> {
     shift: [f32; N],
-    block: Sums<N>,
-    total: Sums<N>,
-    /// Slots of the window so far, those without a sample included; sums join the total by slots.
+    sums: Sums<N>,
+    /// Slots since the window began or last forgot, those without a sample included; sums join the total by slots.
     slots: u32,
-    /// Samples taken since the window began or last forgot.
-    taken: u32,
+    /// How many of them had no sample.
+    held: u32,
     /// What is left of the weight of samples before that.
     remembered: f32,
-    has_shift: bool,
 }
 
 /// What a learning window says: `mean` (N), `covariance` (N x N, symmetric, 1/(n-1)) of `samples` samples.
@@ -124,28 +133,15 @@ pub struct Statistics<const N: usize> {
     pub covariance: SMatrix<f32, N, N>,
 }
 
-impl<const N: usize> Default for Moments<N> {
-    fn default() -> Self {
-        Moments {
-            shift: [0.0; N],
-            block: Sums::ZERO,
-            total: Sums::ZERO,
-            slots: 0,
-            taken: 0,
-            remembered: 0.0,
-            has_shift: false,
-        }
-    }
-}
-
 impl<const N: usize> Moments<N> {
     /// Fewest samples of a window that can be learned from.
     pub const MIN_SAMPLES: u32 = MIN_SAMPLES_PER_CHANNEL * N as u32;
 
-    /// A window whose mean is expected at `shift`. Being a hundred sigmas off costs four of seven digits, no more.
+    /// A window whose mean is expected at `shift`: its first sample will do. Being a hundred sigmas off costs four of seven
+    /// digits, no more.
     #[must_use]
-    pub fn around(shift: [f32; N]) -> Self {
-        Moments { shift, has_shift: true, ..Self::default() }
+    pub const fn around(shift: [f32; N]) -> Self {
+        Moments { shift, sums: Sums::ZERO, slots: 0, held: 0, remembered: 0.0 }
     }
 
     /// Where deviations are taken from.
@@ -162,36 +158,31 @@ impl<const N: usize> Moments<N> {
         self.push_unless(false, x);
     }
 
-    /// As [`Moments::push`] unless `held`: then the slot goes by without a sample, with the same work. The first slot of
-    /// a window without a shift must not be.
+    /// As [`Moments::push`] unless `held`: then the slot goes by without a sample, with the same work.
     #[inline(always)]
     pub(crate) fn push_unless(&mut self, held: bool, x: [f32; N]) {
-        if !self.has_shift {
-            self.shift = x;
-            self.has_shift = true;
-        }
         let deviation = difference(x, self.shift).map(|d| if held { 0.0 } else { d });
-        for (i, (sum, d_i)) in self.block.first.iter_mut().zip(deviation).enumerate() {
-            *sum += d_i;
-            if let Some(row) = self.block.second.get_mut(i) {
+        for (i, (sum, d_i)) in self.sums.first.iter_mut().zip(deviation).enumerate() {
+            sum.block += d_i;
+            if let Some(row) = self.sums.second.get_mut(i) {
                 for (product, d_j) in row.iter_mut().zip(deviation).take(i + 1) {
-                    *product += d_i * d_j;
+                    product.block += d_i * d_j;
                 }
             }
         }
-        self.taken += u32::from(!held);
-        let turn = (self.slots % BLOCK) as usize;
-        if turn < N * N + N {
-            self.join(turn);
-        }
-        self.slots = self.slots.wrapping_add(1);
+        self.held += u32::from(held);
+        let slots = self.slots;
+        self.join((slots % BLOCK) as usize);
+        self.slots = slots.wrapping_add(1);
     }
 
-    /// Lets the sum join the total whose turn it is.
-    #[inline(never)]
+    /// Lets the sum join the total whose turn it is: products by rows, then first powers, then none.
+    #[inline(always)]
     fn join(&mut self, turn: usize) {
-        if let (Some(block), Some(total)) = (self.block.at(turn), self.total.at(turn)) {
-            *total += core::mem::take(block);
+        if let Some(product) = self.sums.second.as_flattened_mut().get_mut(turn) {
+            product.join();
+        } else if let Some(sum) = self.sums.first.get_mut(turn.wrapping_sub(N * N)) {
+            sum.join();
         }
     }
 
@@ -199,62 +190,66 @@ impl<const N: usize> Moments<N> {
     #[inline]
     #[must_use]
     pub const fn samples(&self) -> u32 {
-        (self.remembered as u32).saturating_add(self.taken)
+        (self.remembered as u32).saturating_add(self.taken())
     }
 
-    /// Slots that have gone by, with and without a sample.
+    /// Slots that have gone by since the window began or last forgot, with and without a sample.
     #[inline(always)]
     pub(crate) const fn slots(&self) -> u32 {
         self.slots
     }
 
-    fn weight(&self) -> f32 {
-        self.remembered + self.taken as f32
+    const fn taken(&self) -> u32 {
+        self.slots.wrapping_sub(self.held)
     }
 
-    /// Lets all sums join the total.
-    fn flush(&mut self) {
-        self.total.add(&self.block);
-        self.block = Sums::ZERO;
+    fn weight(&self) -> f32 {
+        self.remembered + self.taken() as f32
     }
 
     /// Adds another window, as if its samples had been pushed here (Chan, Golub, LeVeque 1983, eq. 2.1).
     pub fn merge(&mut self, other: &Self) {
-        if self.slots == 0 {
+        if !(self.weight() > 0.0) {
             *self = *other;
             return;
         }
         let mut other = *other;
-        other.flush();
+        other.sums.for_each(Sum::join);
         // From its shift to ours.
-        other.total.recentre(other.weight(), difference(self.shift, other.shift));
-        self.total.add(&other.total);
-        self.taken = self.taken.saturating_add(other.taken);
+        other.sums.recentre(other.weight(), difference(self.shift, other.shift));
+        self.sums.add(&other.sums);
         self.remembered += other.remembered;
-        self.slots = self.slots.wrapping_add(other.slots);
+        if let Some(slots) = self.slots.checked_add(other.slots) {
+            (self.slots, self.held) = (slots, self.held.saturating_add(other.held));
+        } else {
+            // More than can be counted one by one.
+            self.remembered += self.taken() as f32 + other.taken() as f32;
+            (self.slots, self.held) = (0, 0);
+        }
     }
 
     /// Lets everything so far weigh `keep` times what it did. Called once every k samples, this is exponential forgetting
     /// with a time constant of k/(1 - keep) samples; the mean may then drift, and the shift follows it.
     ///
-    /// `keep` is at most 1; with 0, less, or NaN the window begins again. Under forgetting the covariance divides by the sum of weights less
-    /// one, which is unbiased to within one part in that sum.
+    /// `keep` is at most 1; with 0, less, or NaN the window begins again around the same shift. Under forgetting the
+    /// covariance divides by the sum of weights less one, which is unbiased to within one part in that sum.
     pub fn forget(&mut self, keep: f32) {
         let weight = self.weight();
         if !(keep > 0.0 && weight > 0.0) {
-            *self = Self::default();
+            *self = Self::around(self.shift);
             return;
         }
-        self.flush();
+        self.sums.for_each(Sum::join);
         let before = self.shift;
-        for (shift, sum) in self.shift.iter_mut().zip(self.total.first) {
-            *shift += sum / weight;
+        for (shift, sum) in self.shift.iter_mut().zip(self.sums.first) {
+            *shift += sum.total / weight;
         }
         // By what the shift has moved after rounding, so that the sums stay exact relative to it.
-        self.total.recentre(weight, difference(self.shift, before));
+        self.sums.recentre(weight, difference(self.shift, before));
         let keep = keep.min(1.0);
-        self.total.scale(keep);
-        (self.remembered, self.taken) = (weight * keep, 0);
+        self.sums.for_each(|sum| sum.total *= keep);
+        self.remembered = weight * keep;
+        (self.slots, self.held) = (0, 0);
     }
 
     /// Mean and covariance of the window so far.
@@ -266,20 +261,19 @@ impl<const N: usize> Moments<N> {
         if samples < Self::MIN_SAMPLES {
             return Err(LearnError::TooShort { samples });
         }
-        let mut sums = self.total;
-        sums.add(&self.block);
+        let first = self.sums.first.map(Sum::value);
         let n = self.weight();
         let mean: [f32; N] = {
             let mut mean = self.shift;
-            for (m, sum) in mean.iter_mut().zip(sums.first) {
+            for (m, sum) in mean.iter_mut().zip(first) {
                 *m += sum / n;
             }
             mean
         };
         let (per_n, per_n_less_one) = (1.0 / n, 1.0 / (n - 1.0));
-        let mut lower = sums.second;
-        for (row, s_i) in lower.iter_mut().zip(sums.first) {
-            for (product, s_j) in row.iter_mut().zip(sums.first) {
+        let mut lower = self.sums.second.map(|row| row.map(Sum::value));
+        for (row, s_i) in lower.iter_mut().zip(first) {
+            for (product, s_j) in row.iter_mut().zip(first) {
                 // The paper prints cov(X) as X'X; the covariance of a sample divides by n - 1.
                 *product = (*product - s_i * s_j * per_n) * per_n_less_one;
             }
@@ -301,6 +295,16 @@ impl<const N: usize> Moments<N> {
             }
         }
         Ok(Statistics { samples, mean: SVector::from(mean), covariance })
+    }
+}
+
+/// The window of these samples, around the first of them.
+impl<const N: usize> FromIterator<[f32; N]> for Moments<N> {
+    fn from_iter<I: IntoIterator<Item = [f32; N]>>(samples: I) -> Self {
+        let mut samples = samples.into_iter().peekable();
+        let mut moments = Moments::around(samples.peek().copied().unwrap_or([0.0; N]));
+        samples.for_each(|x| moments.push(x));
+        moments
     }
 }
 

@@ -287,9 +287,9 @@ impl<S: Smoother> Monitor<S> {
     /// A board copies it out of the sampling interrupt, calls [`Baseline::learn`] at leisure, and hands the result in
     /// with [`Monitor::install`].
     #[must_use]
-    pub fn learned_window(&self) -> Option<Moments<3>> {
+    pub fn learned_window(&self) -> Option<&Moments<3>> {
         match &self.stage {
-            Stage::ModelDue(window) => Some(*window),
+            Stage::ModelDue(window) => Some(window),
             _ => None,
         }
     }
@@ -330,7 +330,7 @@ impl<S: Smoother> Monitor<S> {
     /// [`LearnError`] when the window was refused; a new one has begun.
     pub fn finish_learning(&mut self) -> Result<bool, LearnError> {
         let Some(window) = self.learned_window() else { return Ok(false) };
-        let learned = Baseline::learn(&window, self.share);
+        let learned = Baseline::learn(window, self.share);
         self.install(learned);
         learned.map(|_| true)
     }

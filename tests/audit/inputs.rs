@@ -313,8 +313,7 @@ fn filtered(count: usize) -> Vec<Question> {
 }
 
 fn distances(count: usize) -> Vec<Question> {
-    let mut window = Moments::<3>::default();
-    kernels::healthy(1).take(200).for_each(|x| window.push(x));
+    let window: Moments<3> = kernels::healthy(1).take(200).collect();
     let Ok(learned) = window.statistics() else { return Vec::new() };
     let Ok(pca) = Pca::of_correlation(&learned.correlation(), ExplainedShare::PAPER) else { return Vec::new() };
     let (model, mean) = (Model::new(pca, learned.sigma(), learned.samples), learned.mean);

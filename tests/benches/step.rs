@@ -68,8 +68,7 @@ fn window(c: &mut Criterion) {
     group.throughput(Throughput::Elements(window.len() as u64));
     group.bench_function("monitor-core", |b| {
         b.iter(|| {
-            let mut moments = Moments::<3>::default();
-            window.iter().for_each(|x| moments.push(*x));
+            let moments: Moments<3> = window.iter().copied().collect();
             black_box(Baseline::learn(&moments, monitor_core::pca::ExplainedShare::PAPER))
         });
     });

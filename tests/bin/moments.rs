@@ -13,14 +13,13 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 /// One sample to the next: three methods and a reference.
-#[derive(Default)]
 struct Race {
     core: Moments<3>,
     welford: Welford<f32>,
     squares: Squares,
     /// Of the samples as `f32` reads them, less the first.
     reference: Welford<f64>,
-    first: Option<[f32; 3]>,
+    first: [f32; 3],
 }
 
 /// Welford's update of mean and co-moments (1962), as textbooks print it.
@@ -83,8 +82,19 @@ impl Squares {
 }
 
 impl Race {
+    /// Before its first sample.
+    fn starting_with(first: [f32; 3]) -> Self {
+        Race {
+            core: Moments::around(first),
+            welford: Welford::default(),
+            squares: Squares::default(),
+            reference: Welford::default(),
+            first,
+        }
+    }
+
     fn push(&mut self, x: [f32; 3]) {
-        let first = *self.first.get_or_insert(x);
+        let first = self.first;
         self.core.push(x);
         self.welford.push(x);
         self.squares.push(x);
@@ -109,12 +119,14 @@ fn study(longest: u64) -> Result<Table, String> {
     let mut table = Table::new();
     table.set_header(["mean/sigma", "samples", "core", "Welford", "sum of squares"]);
     for ratio in [1.0, 1e3, 1e4, 1e5] {
-        let (mut race, mut rng) = (Race::default(), ChaCha8Rng::seed_from_u64(1));
+        let (mut race, mut rng) = (None::<Race>, ChaCha8Rng::seed_from_u64(1));
         let mut report_at = 1_000;
         for n in 1..=longest {
             let [a, b, c]: [f64; 3] = std::array::from_fn(|_| StandardNormal.sample(&mut rng));
             // Sigmas of 0.01, means of `ratio` sigmas, correlations of 0.8 and -0.6.
-            race.push([a, 0.8 * a + 0.6 * b, 0.8 * c - 0.6 * a].map(|z| (0.01 * (ratio + z)) as f32));
+            let x = [a, 0.8 * a + 0.6 * b, 0.8 * c - 0.6 * a].map(|z| (0.01 * (ratio + z)) as f32);
+            let race = race.get_or_insert_with(|| Race::starting_with(x));
+            race.push(x);
             if n == report_at {
                 let errors = race.errors()?.map(|error| format!("{error:.1e}"));
                 table.add_row([format!("{ratio:e}"), format!("{n:e}")].into_iter().chain(errors));

@@ -27,12 +27,11 @@ enum Op {
     Fade(u8),
     /// From here on samples are clipped at so many sigmas.
     Clip(Number),
-    Restart,
-    RestartAround([Number; 3]),
+    Restart([Number; 3]),
 }
 
 /// A window, and the weight of its samples as reckoned beside it.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 struct Window {
     moments: Moments<3>,
     weight: f64,
@@ -45,7 +44,7 @@ const MOST_SAMPLES: f64 = (1_u64 << 31) as f64;
 #[test]
 fn statistics_of_any_samples_are_numbers_or_refused() {
     check!().with_test_time(TEST_TIME).with_type::<Vec<(bool, Op)>>().for_each(|ops| {
-        let mut windows = [Window::default(); 2];
+        let mut windows = [Window::around([0.0; 3]); 2];
         for (second, op) in ops {
             let [first, other] = &mut windows;
             let (window, other) = if *second { (other, &*first) } else { (first, &*other) };
@@ -56,6 +55,10 @@ fn statistics_of_any_samples_are_numbers_or_refused() {
 }
 
 impl Window {
+    fn around(shift: [f32; 3]) -> Self {
+        Window { moments: Moments::around(shift), weight: 0.0, clip: None }
+    }
+
     fn apply(&mut self, op: &Op, other: &Window) {
         match op {
             Op::Push(x) => self.push(x.map(Number::value)),
@@ -73,10 +76,7 @@ impl Window {
                 let seed = self.moments.statistics().ok();
                 self.clip = seed.map(|seed| Clip::at(&seed, sigmas.value()));
             }
-            Op::Restart => *self = Window::default(),
-            Op::RestartAround(shift) => {
-                *self = Window { moments: Moments::around(shift.map(Number::value)), ..Window::default() };
-            }
+            Op::Restart(shift) => *self = Window::around(shift.map(Number::value)),
         }
     }
 
@@ -167,9 +167,7 @@ fn two_halves_merge_into_the_whole() {
 }
 
 fn window(samples: &[[f32; 3]]) -> Moments<3> {
-    let mut window = Moments::default();
-    samples.iter().for_each(|x| window.push(*x));
-    window
+    samples.iter().copied().collect()
 }
 
 /// Mean of a channel, and covariance of two, in two passes.

@@ -16,9 +16,7 @@ fn two_pass<const N: usize>(data: &[[f32; N]]) -> ([f64; N], [[f64; N]; N]) {
 }
 
 fn learned<const N: usize>(data: &[[f32; N]]) -> Result<Statistics<N>, LearnError> {
-    let mut moments = Moments::<N>::default();
-    data.iter().for_each(|x| moments.push(*x));
-    moments.statistics()
+    data.iter().copied().collect::<Moments<N>>().statistics()
 }
 
 /// A reproducible, correlated window around (300, 2, 10), the default motor's operating point.
@@ -69,21 +67,19 @@ fn a_window_around_an_expected_mean_does_not_care_for_its_first_sample() {
 
 #[test]
 fn no_slot_merges_more_than_one_sum_and_every_sum_is_merged_in_every_block() {
-    let mut moments = Moments::<3>::default();
+    let mut moments = Moments::around([300.0, 2.0, 10.0]);
     for x in window(640) {
-        let before = moments;
+        let before = moments.sums;
         moments.push(x);
-        let merged = |a: &Sums<3>, b: &Sums<3>| {
-            let of =
-                |sums: &Sums<3>| sums.first.into_iter().chain(sums.second.as_flattened().iter().copied()).collect();
-            let (a, b): (Vec<f32>, Vec<f32>) = (of(a), of(b));
-            a.iter().zip(&b).filter(|(a, b)| a != b).count()
-        };
-        assert!(merged(&before.total, &moments.total) <= 1);
+        let totals =
+            |sums: Sums<3>| sums.first.into_iter().chain(sums.second.into_iter().flatten()).map(|sum| sum.total);
+        assert!(totals(before).zip(totals(moments.sums)).filter(|(a, b)| a != b).count() <= 1);
     }
     // The last block holds what came after each sum's turn: about fifty samples, never all.
-    assert!(moments.total.second.iter().enumerate().all(|(i, row)| row[..=i].iter().all(|sum| *sum != 0.0)));
-    assert!(moments.block.second[0][0] < 0.12 * moments.total.second[0][0]);
+    let Sums { first, second } = moments.sums;
+    assert!(first.iter().all(|sum| sum.total != 0.0));
+    assert!(second.iter().enumerate().all(|(i, row)| row[..=i].iter().all(|sum| sum.total != 0.0)));
+    assert!(second[0][0].block < 0.12 * second[0][0].total);
 }
 
 #[test]
@@ -143,9 +139,8 @@ fn two_windows_merge_into_the_window_of_all_their_samples() {
         // The second window stands elsewhere, as after a drift.
         let data: Vec<[f32; 3]> =
             window(n + m).iter().enumerate().map(|(k, x)| if k < n { *x } else { x.map(|v| v + 0.3) }).collect();
-        let (mut first, mut second) = (Moments::<3>::default(), Moments::<3>::default());
-        data[..n].iter().for_each(|x| first.push(*x));
-        data[n..].iter().for_each(|x| second.push(*x));
+        let gathered = |data: &[[f32; 3]]| data.iter().copied().collect::<Moments<3>>();
+        let (mut first, second) = (gathered(&data[..n]), gathered(&data[n..]));
         first.merge(&second);
         // A merged window goes on learning.
         let more: Vec<[f32; 3]> = data.iter().chain(&data[..n.min(70)]).copied().collect();
@@ -168,7 +163,7 @@ fn two_windows_merge_into_the_window_of_all_their_samples() {
 fn a_window_that_forgets_follows_a_drift_and_weighs_samples_exponentially() {
     let (block, keep) = (50, 0.9_f32);
     let data: Vec<[f32; 3]> = window(5_000).iter().enumerate().map(|(k, x)| x.map(|v| v + 1e-3 * k as f32)).collect();
-    let mut moments = Moments::<3>::default();
+    let mut moments = Moments::around(data[0]);
     let (mut weights, mut weight) = (std::vec![0.0_f64; data.len()], 1.0_f64);
     for (k, samples) in data.chunks(block).enumerate().rev() {
         weights[k * block..k * block + samples.len()].fill(weight);
@@ -196,7 +191,7 @@ fn a_window_that_forgets_follows_a_drift_and_weighs_samples_exponentially() {
 fn a_window_may_forget_everything_and_begin_again() {
     let data = window(200);
     for keep in [0.0, -1.0, f32::NAN] {
-        let mut moments = Moments::<3>::default();
+        let mut moments = Moments::around([300.0, 2.0, 10.0]);
         moments.forget(keep);
         data[..100].iter().for_each(|x| moments.push(x.map(|v| v + 50.0)));
         moments.forget(keep);
@@ -208,8 +203,7 @@ fn a_window_may_forget_everything_and_begin_again() {
         assert!((f64::from(found.mean[0]) - mean[0]).abs() < 1e-4);
         assert!((f64::from(found.covariance[(0, 0)]) / covariance[0][0] - 1.0).abs() < 1e-4);
     }
-    let mut kept = Moments::<3>::default();
-    data.iter().for_each(|x| kept.push(*x));
+    let mut kept: Moments<3> = data.iter().copied().collect();
     let before = kept.statistics().unwrap();
     kept.forget(2.0);
     assert_eq!(kept.statistics().unwrap().samples, before.samples, "a weight cannot grow");
@@ -217,8 +211,7 @@ fn a_window_may_forget_everything_and_begin_again() {
 
 #[test]
 fn windows_that_hold_more_than_can_be_counted_stay_at_the_largest_count() {
-    let mut moments = Moments::<3>::default();
-    window(64).iter().for_each(|x| moments.push(*x));
+    let mut moments: Moments<3> = window(64).into_iter().collect();
     for _ in 0..40 {
         let twin = moments;
         moments.merge(&twin);
@@ -243,7 +236,7 @@ fn a_clip_moves_spikes_to_its_reach_and_leaves_everything_else() {
 fn one_spike_in_a_hundred_does_not_spoil_what_is_learned_behind_a_clip() {
     let clean = window(20_000);
     let clip = Clip::at(&learned(&clean[..500]).unwrap(), 3.0);
-    let (mut plain, mut robust) = (Moments::<3>::default(), Moments::<3>::default());
+    let (mut plain, mut robust) = (Moments::around(clean[0]), Moments::around(clean[0]));
     for (k, x) in clean.iter().enumerate() {
         let x = if k % 100 == 50 { [x[0] + 1.0, x[1], x[2] - 0.2] } else { *x };
         plain.push(x);

@@ -171,8 +171,7 @@ fn a_learning_window_is_as_long_as_it_should_be_and_learns_from_the_fit_samples_
     let mut monitor = Monitor::new(&config()).unwrap();
     let phases = fly(&mut monitor, (0..550).map(|k| (SET_POINT, sample(k)))).into_iter().map(|v| v.phase());
     assert_eq!(phases.skip(548).collect::<Vec<_>>(), [Phase::Learning, Phase::ModelDue]); // 500 slots, 50..=549
-    let mut fit = Moments::<3>::default();
-    (51..549).filter(|k| !hole(*k)).for_each(|k| fit.push(healthy(k)));
+    let fit: Moments<3> = (51..549).filter(|k| !hole(*k)).map(healthy).collect();
     let (expected, found) = (fit.statistics().unwrap(), monitor.baseline().unwrap().stored());
     assert_eq!(found.samples, 478);
     for channel in 0..3 {
@@ -217,7 +216,7 @@ fn a_model_that_comes_after_the_set_point_has_changed_is_ignored() {
     (0..550).for_each(|k| {
         monitor.step_channels(SET_POINT, healthy(k));
     });
-    let learned = Baseline::learn(&monitor.learned_window().unwrap(), ExplainedShare::PAPER);
+    let learned = Baseline::learn(monitor.learned_window().unwrap(), ExplainedShare::PAPER);
     monitor.step_channels(200.0, healthy(550));
     assert!(!monitor.install(learned));
     assert!(monitor.baseline().is_none());

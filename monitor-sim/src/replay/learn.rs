@@ -46,13 +46,21 @@ impl Reading {
 }
 
 /// What the first pass gathered.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Learning {
     pub(super) moments: Moments<3>,
     pub(super) first_half: Moments<3>,
     pub(super) second_half: Moments<3>,
     pub(super) set_point: f64,
     pub(super) skipped: u64,
+}
+
+impl Learning {
+    /// Before its first reading.
+    fn at(reading: &Reading) -> Self {
+        let window = Moments::around(reading.channels());
+        Learning { moments: window, first_half: window, second_half: window, set_point: reading.set_point, skipped: 0 }
+    }
 }
 
 /// What the second pass saw.
@@ -106,9 +114,8 @@ impl Replay {
         names: &ChannelNames,
     ) -> Result<Learning, ReplayError> {
         let mut log = self.open()?;
-        let mut learning = Learning::default();
+        let (mut learning, mut skipped) = (None::<Learning>, 0);
         let middle = window.start + (window.end - window.start) / 2;
-        let mut began_at = None;
         let mut rows = 0;
         while rows < window.end {
             let Some(reading) = next_reading(&mut log, injections)? else {
@@ -119,10 +126,11 @@ impl Replay {
                 continue;
             }
             if !reading.is_finite() {
-                learning.skipped += 1;
+                skipped += 1;
                 continue;
             }
-            let from = *began_at.get_or_insert(reading.set_point);
+            let learning = learning.get_or_insert_with(|| Learning::at(&reading));
+            let from = learning.set_point;
             if (reading.set_point - from).abs() > self.set_point_tolerance {
                 return Err(ReplayError::SetPointChanges { row: reading.row, from, to: reading.set_point });
             }
@@ -130,8 +138,8 @@ impl Replay {
             let half = if reading.row < middle { &mut learning.first_half } else { &mut learning.second_half };
             half.push(reading.channels());
         }
-        learning.set_point = began_at.ok_or_else(|| learning_refused(names, LearnError::TooShort { samples: 0 }))?;
-        Ok(learning)
+        let learning = learning.ok_or_else(|| learning_refused(names, LearnError::TooShort { samples: 0 }))?;
+        Ok(Learning { skipped, ..learning })
     }
 
     /// Second pass: how far the residuals of the window itself go.

@@ -98,13 +98,12 @@ impl Own {
     pub(crate) fn new() -> Option<Self> {
         let config = kernels::config();
         let design = LowPass::butterworth(config.cutoff_hz, config.sample_rate_hz).ok()?;
-        let mut window = Moments::default();
-        kernels::healthy(1).take(200).for_each(|x| window.push(x));
+        let window: Moments<3> = kernels::healthy(1).take(200).collect();
         let learned = window.statistics().ok()?;
         let pca = Pca::of_correlation(&learned.correlation(), ExplainedShare::PAPER).ok()?;
         Some(Own {
             monitor: Monitor::new(&config).ok()?,
-            window: Moments::default(),
+            window: Moments::around(kernels::HEALTHY_MEAN),
             filter: Filter { state: design.at_rest(1.0), design },
             distance: Distance { mean: learned.mean.into(), model: Model::new(pca, learned.sigma(), learned.samples) },
         })
@@ -121,7 +120,7 @@ impl Own {
                 0
             }
             Kernel::ClearWindow => {
-                self.window = Moments::default();
+                self.window = Moments::around(kernels::HEALTHY_MEAN);
                 0
             }
             Kernel::WindowEnd => {

@@ -65,8 +65,7 @@ pub(crate) struct Peers {
 impl Peers {
     pub(crate) fn new() -> Option<Self> {
         let config = kernels::config();
-        let mut window = Moments::<3>::default();
-        kernels::healthy(1).take(200).for_each(|x| window.push(x));
+        let window: Moments<3> = kernels::healthy(1).take(200).collect();
         let learned = window.statistics().ok()?;
         let mahalanobis = Mahalanobis { mean: learned.mean, inverse: learned.covariance.try_inverse()? };
         let low_pass = Coefficients::from_params(
