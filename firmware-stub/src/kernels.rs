@@ -54,8 +54,24 @@ kernels! {
     Correlation3 = "audit_correlation3",
     /// `LowPass::step`; input: one number.
     Filter = "audit_filter",
+    /// `FirstOrder::step`; input: one number.
+    FirstOrder = "audit_first_order",
+    /// `Compensated<LowPass>::step`; input: one number.
+    CompensatedFilter = "audit_compensated",
+    /// `Compensated<FirstOrder>::step`; input: one number.
+    CompensatedFirstOrder = "audit_compensated_first_order",
     /// `Model::t2` of a sample, the mean taken off; input: three channels.
     T2 = "audit_t2",
+    /// `quantile::upper_normal`; input: the tail probability.
+    UpperNormal = "audit_upper_normal",
+    /// `quantile::upper_chi_square`; input: the tail probability, the degrees of freedom.
+    UpperChiSquare = "audit_upper_chi_square",
+    /// `quantile::upper_f`; input: the tail probability, the degrees of freedom of numerator and denominator.
+    UpperF = "audit_upper_f",
+    /// `limit::t2_limit`; input: the probability of a false alarm, the components and the samples, rounded down.
+    T2Limit = "audit_t2_limit",
+    /// `limit::filtered_limit`; input: mean, variance and autocorrelation factor, cutoff and sampling rate, interval.
+    FilteredLimit = "audit_filtered_limit",
     /// Peer: nalgebra's `SymmetricEigen` 2x2; input as of `Eigen2`.
     NalgebraEigen2 = "audit_nalgebra_eigen2",
     /// Peer: nalgebra's `SymmetricEigen` 3x3; input as of `Eigen3`.

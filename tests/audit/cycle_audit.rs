@@ -6,7 +6,9 @@ use std::path::PathBuf;
 use firmware_stub::kernels::Request;
 
 use super::code::Code;
+use super::control_flow::Graph;
 use super::cycles::{self, Cost};
+use super::forbidden;
 use super::image::Image;
 use super::inputs::{self, Question};
 use super::report::{Figure, Report, Table};
@@ -27,7 +29,7 @@ const CORE_HZ: f64 = 168e6;
 const RATES_HZ: [f64; 2] = [1e3, 10e3];
 
 /// Labels whose proof must hold.
-const PROVEN: [&str; 12] = [
+const PROVEN: [&str; 15] = [
     inputs::MONITORING,
     inputs::SWITCHING,
     inputs::LEARNING,
@@ -39,6 +41,9 @@ const PROVEN: [&str; 12] = [
     inputs::EIGEN_3,
     inputs::CORRELATION_3,
     inputs::FILTER,
+    inputs::FIRST_ORDER,
+    inputs::COMPENSATED,
+    inputs::COMPENSATED_FIRST_ORDER,
     inputs::T2,
 ];
 
@@ -165,6 +170,7 @@ pub fn report(kernels: &Kernels, progress: &mut dyn FnMut(&str)) -> Result<Repor
         report.faults.extend(faults.iter().map(|fault| format!("{label} takes more than one path: {fault}")));
     }
     report.faults.extend(several_paths(&observed));
+    report.faults.extend(forbidden_at_start_up(kernels)?);
     for (label, proof) in
         proofs.iter().filter(|(label, proof)| !label.is_empty() && !PROVEN.contains(label) && !proof.holds())
     {
@@ -187,7 +193,7 @@ struct Runs {
 fn trace_all(kernels: &Kernels) -> Result<Runs, String> {
     let (windows, rest, of_peers) = std::thread::scope(|scope| {
         let windows = scope.spawn(|| observe(kernels, &inputs::windows(40, 26)));
-        let rest = observe(kernels, &[inputs::steps(12, 480), inputs::functions(None)].concat());
+        let rest = observe(kernels, &[inputs::steps(12, 480), inputs::functions(None), inputs::start_up()].concat());
         let of_peers = observe(kernels, &inputs::peers(kernels.with_c));
         (windows.join().unwrap_or_else(|_| Err("the tracer has failed".to_owned())), rest, of_peers)
     });
@@ -207,13 +213,24 @@ fn several_paths(observed: &BTreeMap<&'static str, Observed>) -> Vec<String> {
     several.map(|labels| format!("{} took {} paths, and not one", labels.join(" and "), paths(labels))).collect()
 }
 
+/// What the functions of start-up reach and must not, each a sentence: double precision, panic, heap, and so on.
+fn forbidden_at_start_up(kernels: &Kernels) -> Result<Vec<String>, String> {
+    let entries = inputs::AT_START_UP.map(|function| function.kernel.symbol());
+    let graph = Graph::new(&kernels.image, &kernels.code)?.entered_by(&entries)?;
+    let found = forbidden::findings(&kernels.image, &graph, false);
+    Ok(found.iter().map(|finding| format!("start-up: {}", finding.sentence())).collect())
+}
+
 fn figures(label: &str, row: &Observed, proof: Option<&Proof>) -> Vec<Figure> {
     let figure = |what: &str, value, unit| Figure { name: format!("time.{label}.{what}"), value, unit };
     let mut figures = vec![
         figure("instructions", row.largest(|cost| cost.instructions), "instructions"),
         figure("worst", row.largest(|cost| cost.worst), "cycles"),
-        figure("paths", row.paths.len() as u64, "paths"),
     ];
+    // What runs once may branch on its arguments: the number of its paths says how many arguments were tried.
+    if !inputs::AT_START_UP.iter().any(|function| function.label == label) {
+        figures.push(figure("paths", row.paths.len() as u64, "paths"));
+    }
     figures.extend(proof.map(|proof| figure("decisions_by_data", proof.violations.len() as u64, "decisions")));
     figures
 }

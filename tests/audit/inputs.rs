@@ -4,16 +4,20 @@
 //! The host computes the same beside it: that gives each call its label (which phase, whether an alarm switched), and the
 //! result that the firmware must answer.
 
+mod filters;
+mod start_up;
+
 use firmware_stub::kernels::{self, Kernel, Request, SET_POINT};
 use monitor_core::eigen::{ClosedFormEigen, Decomposition};
 use monitor_core::hotelling::Model;
-use monitor_core::low_pass::LowPass;
 use monitor_core::moments::Moments;
 use monitor_core::pca::{ExplainedShare, Pca};
-use monitor_core::smoother::Smoother;
 use monitor_core::verdict::Absence;
 use monitor_core::{Monitor, Phase, Verdict};
 use nalgebra::{Matrix2, Matrix3};
+
+pub use filters::{COMPENSATED, COMPENSATED_FIRST_ORDER, FILTER, FIRST_ORDER, filtered, residuals};
+pub use start_up::{AT_START_UP, start_up};
 
 /// A request, what it is counted as, and the answer it must get.
 #[derive(Clone, Copy, Debug)]
@@ -75,7 +79,7 @@ pub const PUSH: &str = "learning_push";
 pub const PUSH_JOIN: &str = "learning_push_join";
 /// `Baseline::learn`.
 pub const WINDOW_END: &str = "window_end";
-/// The solvers, the filter and T2.
+/// The solvers, and T2.
 pub const EIGEN_2: &str = "eigen_2x2";
 /// See [`EIGEN_2`].
 pub const EIGEN_3: &str = "eigen_3x3";
@@ -83,8 +87,6 @@ pub const EIGEN_3: &str = "eigen_3x3";
 pub const CORRELATION_2: &str = "eigen_2x2_correlation";
 /// See [`CORRELATION_2`].
 pub const CORRELATION_3: &str = "eigen_3x3_correlation";
-/// See [`EIGEN_2`].
-pub const FILTER: &str = "low_pass";
 /// See [`EIGEN_2`].
 pub const T2: &str = "t2_of_three";
 
@@ -262,7 +264,7 @@ fn digest<const N: usize>(found: Decomposition<N>) -> u32 {
         .map_or(0, |found| kernels::digest_of_numbers(found.values.iter().chain(found.vectors.iter()).copied()))
 }
 
-/// The solvers, the filter and T2 of `monitor-core`, `few` of each if that is given.
+/// The solvers, the filters and T2 of `monitor-core`, `few` of each if that is given.
 #[must_use]
 pub fn functions(few: Option<usize>) -> Vec<Question> {
     let few = few.unwrap_or(usize::MAX);
@@ -287,29 +289,6 @@ pub fn functions(few: Option<usize>) -> Vec<Question> {
     questions.extend(filtered(few.min(1200)));
     questions.extend(distances(few.min(1200)));
     questions
-}
-
-/// Inputs of a filter: T2 in control, alarms, and at the end what its state never forgets.
-fn residuals(count: usize) -> impl Iterator<Item = f32> {
-    let mut samples = kernels::healthy(13);
-    (0..count).map(move |k| match k {
-        _ if k + 200 > count && k % 5 == 0 => NASTY[k / 5 % NASTY.len()],
-        _ if k % 50 < 10 => 100.0,
-        _ if k % 50 == 11 => [0.0, 1e-40, 1e-20, 1e9][k / 50 % 4],
-        _ => 1.0 + samples.next().map_or(0.0, |x| x[1] - 2.0),
-    })
-}
-
-fn filtered(count: usize) -> Vec<Question> {
-    let config = kernels::config();
-    let Ok(design) = LowPass::butterworth(config.cutoff_hz, config.sample_rate_hz) else { return Vec::new() };
-    let mut state = design.at_rest(1.0);
-    let asked = residuals(count).map(|x| Question {
-        request: Request::new(Kernel::Filter, &[x]),
-        label: FILTER,
-        expected: Some(kernels::digest_of_numbers([design.step(&mut state, x)])),
-    });
-    asked.collect()
 }
 
 fn distances(count: usize) -> Vec<Question> {

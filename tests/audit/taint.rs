@@ -138,6 +138,8 @@ struct Prover<'a> {
 fn data_bytes(kernel: Kernel) -> u32 {
     match kernel {
         Kernel::Restart | Kernel::ClearWindow | Kernel::FinishLearning | Kernel::WindowEnd | Kernel::Step => 0,
+        Kernel::UpperNormal | Kernel::UpperChiSquare | Kernel::UpperF | Kernel::T2Limit | Kernel::FilteredLimit => 0,
+        Kernel::FirstOrder | Kernel::CompensatedFilter | Kernel::CompensatedFirstOrder => 4,
         Kernel::Filter | Kernel::Biquad | Kernel::CBiquad => 4,
         Kernel::Branching | Kernel::Selecting | Kernel::Indexing | Kernel::Remembering => 4,
         Kernel::Eigen2 | Kernel::Correlation2 | Kernel::NalgebraEigen2 => 4 * 4,

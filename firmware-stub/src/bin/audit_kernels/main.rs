@@ -6,9 +6,11 @@
 #![no_std]
 #![no_main]
 
+mod filters;
 mod own;
 mod peers;
 mod specimens;
+mod start_up;
 #[allow(dead_code, unreachable_pub)] // One source for the host's benchmark and for this firmware.
 #[path = "../../../../tests/textbook.rs"]
 mod textbook;

@@ -10,12 +10,13 @@ use core::mem::MaybeUninit;
 use firmware_stub::kernels::{self, Kernel, Request};
 use monitor_core::eigen::{ClosedFormEigen, Decomposition};
 use monitor_core::hotelling::Model;
-use monitor_core::low_pass::{LowPass, LowPassState};
 use monitor_core::moments::{LearnError, Moments};
 use monitor_core::pca::{ExplainedShare, Pca};
-use monitor_core::smoother::Smoother;
 use monitor_core::{Baseline, Monitor};
 use nalgebra::{Matrix2, Matrix3};
+
+use crate::filters::Filters;
+use crate::start_up;
 
 type Learned = Result<Baseline, LearnError>;
 
@@ -61,18 +62,6 @@ extern "C" fn audit_correlation3(found: &mut MaybeUninit<Decomposition<3>>, matr
     found.write(matrix.decompose_correlation());
 }
 
-/// A filter with its state.
-struct Filter {
-    design: LowPass,
-    state: LowPassState,
-}
-
-#[inline(never)]
-#[unsafe(no_mangle)]
-extern "C" fn audit_filter(filter: &mut Filter, input: &f32) -> f32 {
-    filter.design.step(&mut filter.state, *input)
-}
-
 /// A model with the mean of its window.
 struct Distance {
     mean: [f32; 3],
@@ -90,21 +79,20 @@ extern "C" fn audit_t2(distance: &Distance, x: &[f32; 3]) -> f32 {
 pub(crate) struct Own {
     monitor: Monitor,
     window: Moments<3>,
-    filter: Filter,
+    filters: Filters,
     distance: Distance,
 }
 
 impl Own {
     pub(crate) fn new() -> Option<Self> {
         let config = kernels::config();
-        let design = LowPass::butterworth(config.cutoff_hz, config.sample_rate_hz).ok()?;
         let window: Moments<3> = kernels::healthy(1).take(200).collect();
         let learned = window.statistics().ok()?;
         let pca = Pca::of_correlation(&learned.correlation(), ExplainedShare::PAPER).ok()?;
         Some(Own {
             monitor: Monitor::new(&config).ok()?,
             window: Moments::around(kernels::HEALTHY_MEAN),
-            filter: Filter { state: design.at_rest(1.0), design },
+            filters: Filters::new(config.cutoff_hz, config.sample_rate_hz)?,
             distance: Distance { mean: learned.mean.into(), model: Model::new(pca, learned.sigma(), learned.samples) },
         })
     }
@@ -147,9 +135,9 @@ impl Own {
                 // SAFETY: the function above has written it.
                 digest_of_eigen(unsafe { found.assume_init_ref() })
             }
-            Kernel::Filter => kernels::digest_of_numbers([audit_filter(&mut self.filter, &a)]),
             Kernel::T2 => kernels::digest_of_numbers([audit_t2(&self.distance, &[a, b, c])]),
-            _ => 0,
+            kernel if kernel >= Kernel::UpperNormal => start_up::call(request),
+            kernel => self.filters.call(kernel, a),
         }
     }
 }
