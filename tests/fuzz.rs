@@ -4,6 +4,15 @@
 //! that brings it back (`BOLERO_RANDOM_SEED`). Longer, here ten minutes a target:
 //!
 //! `BOLERO_RANDOM_TEST_TIME_MS=600000 cargo test --release -p tests --test fuzz -- --nocapture`
+//!
+//! Guided by coverage (libFuzzer), one target at a time, after `cargo install cargo-bolero --locked`. The stable compiler is
+//! enough. The first run builds the whole crate with its commands, some minutes; the address sanitizer must stay on,
+//! because its run-time library has the counters that those commands are linked against:
+//!
+//! `cargo bolero test -p tests --rustc-bootstrap -T 10min fuzz::step::a_monitor_keeps_its_promises_whatever_it_is_fed`
+//!
+//! Inputs that reach new code, and what fails, are kept below `tests/fuzz/__fuzz__`, from where the tests above try them
+//! again before they draw.
 
 mod fuzz {
     mod eigen;
