@@ -67,6 +67,17 @@ fn filters_and_intervals_for_which_no_limit_is_known_are_refused_by_name() {
 }
 
 #[test]
+fn a_filtered_limit_is_in_the_unit_of_the_statistic() {
+    let limit = |unit: f32| {
+        let statistic = Statistic::measured(unit, 0.5 * unit * unit, 1.0).unwrap();
+        filtered_limit(statistic, 1.0, 1e3, 3600.0).unwrap()
+    };
+    for unit in [1e-3, 3.0, 1e6] {
+        assert_near(limit(unit) / unit, limit(1.0).into(), 1e-6);
+    }
+}
+
+#[test]
 fn the_moments_of_t2_are_those_of_its_f_distribution() {
     // F(2, 28): mean 28/26, variance 2 28^2 28 / (2 26^2 24).
     let statistic = Statistic::phase_two(2, 30).unwrap();
