@@ -11,6 +11,8 @@
 //!                                              └─ estimate ─ directions ─ finding, size   (on request)
 //! ```
 
+use core::hint::select_unpredictable;
+
 use crate::moments::{Clip, LearnError, Moments};
 use crate::sample::Sample;
 use crate::set_point::{Gate, GateState};
@@ -303,9 +305,9 @@ impl Guard {
 
     /// Limit of the distance at each time scale, as sharp as it is by now.
     #[must_use]
-    pub const fn limits(&self) -> Option<[f32; SCALES]> {
+    pub fn limits(&self) -> Option<[f32; SCALES]> {
         match &self.stage {
-            Stage::Judging(judge) => Some(judge.known.limits),
+            Stage::Judging(judge) => Some(judge.limits()),
             _ => None,
         }
     }
@@ -385,6 +387,18 @@ fn seeded(moments: &Moments<3>, second: bool, design: &Design) -> Result<Stage, 
 #[inline(always)]
 fn difference([a, b, c]: [f32; 3], [x, y, z]: [f32; 3]) -> [f32; 3] {
     [a - x, b - y, c - z]
+}
+
+/// The lesser of two numbers, or the bound: no branch, and a third of the instructions of `f32::min`, which cares for NaN.
+#[inline(always)]
+fn at_most(x: f32, bound: f32) -> f32 {
+    select_unpredictable(x < bound, x, bound)
+}
+
+/// The greater of two numbers, or the bound.
+#[inline(always)]
+fn at_least(x: f32, bound: f32) -> f32 {
+    select_unpredictable(x > bound, x, bound)
 }
 
 /// Whether a reading is a number.

@@ -2,6 +2,7 @@
 
 use core::hint::select_unpredictable;
 
+use super::{at_least, at_most};
 use crate::ewma::Ewma;
 
 /// ln of the likelihood ratio at which the fault is taken to be gone: exp(18) to one.
@@ -100,7 +101,7 @@ impl Alarm {
         self.calm = select_unpredictable(fast > 1.0, 0, self.calm.saturating_add(1));
         self.quiet = select_unpredictable(all_quiet, self.quiet.saturating_add(1), 0);
         // Page's test (1954) of the fault that stands against none; its sum is bounded, so that it can turn at once.
-        let gone = (self.gone + evidence.gone).clamp(0.0, 2.0 * GONE);
+        let gone = at_most(at_least(self.gone + evidence.gone, 0.0), 2.0 * GONE);
         self.gone = select_unpredictable(up, gone, 0.0);
 
         let is_gone = self.gone >= GONE;

@@ -9,9 +9,14 @@ use super::level::PERIOD;
 use super::model::{Model, Scale};
 use super::sensor::{Losses, Senses};
 use super::verdict::{Standing, Verdict};
-use super::{SCALES, difference};
+use super::{SCALES, at_least, at_most, difference};
 use crate::root::reciprocal_sqrt;
 use crate::triangle::{inner, square};
+
+/// Places of the time scales.
+const FAST: usize = 0;
+const MIDDLE: usize = 1;
+const SLOW: usize = 2;
 
 /// Limits while a model proves itself: what it rests on is not what it judges.
 const UNPROVEN: f32 = 1.5;
@@ -38,8 +43,8 @@ pub(super) struct Known {
     pub(super) model: Model,
     /// Activity of each channel below which its sensor is stuck.
     stuck_below: [f32; 3],
-    /// Limit of each time scale, as sharp as it is by now.
-    pub(super) limits: [f32; SCALES],
+    /// The reciprocal of the limit of each time scale, as sharp as it is by now.
+    pub(super) per_limit: [f32; SCALES],
     /// Slots that mean and limits rest on.
     slots: f32,
     /// Slots until the limits are proven.
@@ -70,18 +75,20 @@ pub(super) struct Judge {
     steady: u32,
     slots: u32,
     /// The channel that the metrics do without, and for each scale the direction of w = U y that it accounts for.
-    blind: [bool; 3],
+    blind: u32,
     blinds: [[f32; 3]; SCALES],
 }
 
 impl Known {
     pub(super) fn new(model: Model, stuck_below: [f32; 3], learned_slots: u32) -> Self {
         let slots = learned_slots as f32;
-        let limits = model.scales.map(|scale| scale.level.limit(slots));
-        Known { model, stuck_below, limits, slots, unproven: learned_slots, peak: [0.0; SCALES], drift: [0.0; 3] }
+        let per_limit = model.scales.map(|scale| 1.0 / scale.level.limit(slots));
+        Known { model, stuck_below, per_limit, slots, unproven: learned_slots, peak: [0.0; SCALES], drift: [0.0; 3] }
     }
 
     /// Widens limits by the tail that was seen (the largest distance of so many slots), once.
+    #[cold]
+    #[inline(never)]
     fn prove(&mut self, design: &Design) {
         for ((scale, peak), expected) in self.model.scales.iter_mut().zip(self.peak).zip(design.expected_peaks) {
             scale.level.widen((peak / expected).clamp(1.0, RAISED_TO));
@@ -96,16 +103,16 @@ impl Known {
         let period = select_unpredictable(suspected, 0.0, PERIOD as f32);
         let [_, middle, _] = smoothed;
         let place = turn as usize;
-        let entries = self.model.scales.get_mut(place).zip(self.limits.get_mut(place)).zip(smoothed.get(place));
-        if let Some(((scale, limit), y)) = entries {
+        let entries = self.model.scales.get_mut(place).zip(self.per_limit.get_mut(place)).zip(smoothed.get(place));
+        if let Some(((scale, per_limit), y)) = entries {
             scale.sharpen(*y, period / self.slots);
-            *limit = scale.level.limit(self.slots);
+            *per_limit = 1.0 / scale.level.limit(self.slots);
         } else {
             self.slots += period;
-            let share = period / self.slots.min(design.memory_slots);
+            let share = period / at_most(self.slots, design.memory_slots);
             for ((drift, moved), sigma) in self.drift.iter_mut().zip(middle).zip(self.model.sigma) {
                 let reach = design.drift_sigmas * sigma;
-                *drift = (*drift + share * moved).clamp(-reach, reach);
+                *drift = at_most(at_least(*drift + share * moved, -reach), reach);
             }
         }
     }
@@ -114,11 +121,7 @@ impl Known {
 /// What the metrics make of the smoothed channels: each is white noise of variance one per place while the motor is healthy.
 struct Images {
     fast: [f32; 3],
-    /// The middle scale in the metric of the fast one, to see whether the loop moves.
-    middle_by_fast: [f32; 3],
     middle: [f32; 3],
-    /// The estimate in the metric of the middle scale, to see whether the fault has moved.
-    estimate_by_middle: [f32; 3],
     estimate: [f32; 3],
     /// The sample in the metric of the slow scale, to see whether the fault is gone.
     sample: [f32; 3],
@@ -139,7 +142,7 @@ impl Judge {
             still: 0,
             steady: 0,
             slots: 0,
-            blind: [false; 3],
+            blind: 0,
             blinds: [[0.0; 3]; SCALES],
         }
     }
@@ -173,36 +176,37 @@ impl Judge {
     #[inline(always)]
     fn deviation(&self, fit: [bool; 3], x: [f32; 3]) -> ([f32; 3], bool) {
         let lost = self.losses.lost();
-        let usable = fit.iter().zip(lost).fold(true, |all, (fit, lost)| all & (*fit | lost));
-        let losses = lost.iter().fold(0_u32, |sum, lost| sum + u32::from(*lost));
-        let known = lost.iter().zip(self.blind).fold(true, |all, (lost, blind)| all & (*lost == blind));
-        let held = !usable | (losses > 1) | !known;
+        let [a, b, c] = fit;
+        let unfit = u32::from(!a) | u32::from(!b) << 1 | u32::from(!c) << 2;
+        let several = lost & lost.wrapping_sub(1) != 0;
+        let held = (unfit & !lost != 0) | several | (lost != self.blind);
         let mut d = difference(difference(x, self.known.model.mean), self.known.drift);
-        let places = d.iter_mut().zip(self.known.model.sigma).zip(fit.iter().zip(lost));
-        for ((d, sigma), (fit, lost)) in places {
-            let reach = REACH_SIGMAS * sigma;
-            *d = select_unpredictable(fit & !lost & !held, d.max(-reach).min(reach), 0.0);
+        for (position, (d, sigma)) in d.iter_mut().zip(self.known.model.sigma).enumerate() {
+            let (reach, there) = (REACH_SIGMAS * sigma, (unfit | lost) >> position & 1 == 0);
+            *d = select_unpredictable(there & !held, at_most(at_least(*d, -reach), reach), 0.0);
         }
         (d, held)
     }
 
     #[inline(always)]
     fn images(&self, deviation: [f32; 3]) -> Images {
-        let ([fast, middle, slow], [blind_fast, blind_middle, blind_slow]) = (&self.known.model.scales, &self.blinds);
-        let image = |scale: &Scale, blind: &[f32; 3], y: [f32; 3]| {
-            let image = scale.metric.times(y);
-            // Without what the lost channel could explain.
-            let along = inner(*blind, image);
-            difference(image, blind.map(|b| b * along))
-        };
         Images {
-            fast: image(fast, blind_fast, self.fast),
-            middle_by_fast: image(fast, blind_fast, self.middle),
-            middle: image(middle, blind_middle, self.middle),
-            estimate_by_middle: image(middle, blind_middle, self.estimate),
-            estimate: image(slow, blind_slow, self.estimate),
-            sample: image(slow, blind_slow, deviation),
+            fast: self.image(FAST, self.fast),
+            middle: self.image(MIDDLE, self.middle),
+            estimate: self.image(SLOW, self.estimate),
+            sample: self.image(SLOW, deviation),
         }
+    }
+
+    /// A smoothed deviation in the metric of a time scale, without what a lost channel could explain.
+    #[inline(always)]
+    fn image(&self, place: usize, y: [f32; 3]) -> [f32; 3] {
+        let Some((scale, blind)) = self.known.model.scales.get(place).zip(self.blinds.get(place)) else {
+            return [0.0; 3];
+        };
+        let image = scale.metric.times(y);
+        let along = inner(*blind, image);
+        difference(image, blind.map(|b| b * along))
     }
 
     /// The distance (1.6) of each time scale, all components retained, in units of its limit.
@@ -210,8 +214,8 @@ impl Judge {
     fn severity(&self, images: &Images) -> [f32; SCALES] {
         let widened = select_unpredictable(self.known.unproven > 0, 1.0 / UNPROVEN, 1.0);
         let mut severity = [images.fast, images.middle, images.estimate].map(square);
-        for (severity, limit) in severity.iter_mut().zip(self.known.limits) {
-            *severity = *severity / limit * widened;
+        for (severity, per_limit) in severity.iter_mut().zip(self.known.per_limit) {
+            *severity *= per_limit * widened;
         }
         severity
     }
@@ -243,13 +247,8 @@ impl Judge {
         images: &Images,
     ) {
         let [_, of_middle, of_slow] = &design.scales;
-        let [fast_limit, middle_limit, _] = self.known.limits;
-        let far = differ(middle_limit, images.middle, images.estimate_by_middle);
-        let moving = differ(MOVING_SHARE * fast_limit, images.fast, images.middle_by_fast);
-        self.steady = select_unpredictable(moving, 0, self.steady.saturating_add(1));
-        let again = up & far & (self.steady >= rules.steady);
-        self.still = select_unpredictable(far, 0, self.still.saturating_add(1));
-        self.gain = (self.gain / (1.0 + self.gain)).max(of_slow.weight());
+        let again = up & self.has_moved(rules, images);
+        self.gain = at_least(self.gain / (1.0 + self.gain), of_slow.weight());
         self.gain = select_unpredictable(again, of_middle.weight(), self.gain);
         let weight = select_unpredictable(held, 0.0, self.gain);
         for ((e, middle), d) in self.estimate.iter_mut().zip(self.middle).zip(deviation) {
@@ -258,19 +257,41 @@ impl Judge {
         }
     }
 
+    /// Whether the fault has come to stand elsewhere than it is estimated. One slot asks whether the loop is moving (the fast
+    /// scale runs ahead of the middle one), the next whether the middle scale is far from the estimate.
+    #[inline(always)]
+    fn has_moved(&mut self, rules: &Rules, images: &Images) -> bool {
+        let [per_fast, per_middle, _] = self.known.per_limit;
+        if self.slots.is_multiple_of(2) {
+            let moving = differ(per_fast / MOVING_SHARE, images.fast, self.image(FAST, self.middle));
+            self.steady = select_unpredictable(moving, 0, self.steady.saturating_add(2));
+            return false;
+        }
+        let far = differ(per_middle, images.middle, self.image(MIDDLE, self.estimate));
+        self.still = select_unpredictable(far, 0, self.still.saturating_add(2));
+        far & (self.steady >= rules.steady)
+    }
+
     /// What is learned while judging: the tail of each distance, mean and metrics, which channel the metrics do without.
     #[inline(always)]
     fn learn(&mut self, design: &Design, suspected: bool, severity: [f32; SCALES]) {
         self.prove(design, suspected, severity);
-        let lost = self.losses.lost().iter().fold(false, |any, lost| any | *lost);
-        let suspected = suspected | lost | !quiet(severity);
+        let suspected = suspected | (self.losses.lost() != 0) | !quiet(severity);
         let turn = self.slots % PERIOD;
-        if turn <= SCALES as u32 {
-            self.known.sharpen(design, suspected, turn, [self.fast, self.middle, self.estimate]);
-        } else if turn == SCALES as u32 + 1 {
-            self.do_without_the_lost();
+        if turn <= SCALES as u32 + 1 {
+            self.take_turn(design, suspected, turn);
         }
         self.slots = self.slots.wrapping_add(1);
+    }
+
+    /// What one slot in a period does beside judging. Whose turn it is, the count of slots says.
+    #[inline(never)]
+    fn take_turn(&mut self, design: &Design, suspected: bool, turn: u32) {
+        if turn <= SCALES as u32 {
+            self.known.sharpen(design, suspected, turn, [self.fast, self.middle, self.estimate]);
+        } else {
+            self.do_without_the_lost();
+        }
     }
 
     /// Works out what the metrics must leave out so that a lost channel counts for nothing.
@@ -281,8 +302,9 @@ impl Judge {
     fn do_without_the_lost(&mut self) {
         self.blind = self.losses.lost();
         for (blind, scale) in self.blinds.iter_mut().zip(&self.known.model.scales) {
-            let column = scale.metric.rows().map(|row| inner(row, self.blind.map(|lost| f32::from(u8::from(lost)))));
-            let per_length = reciprocal_sqrt(square(column).max(1e-30));
+            let lost = [0, 1, 2].map(|position| (self.blind >> position & 1) as f32);
+            let column = scale.metric.rows().map(|row| inner(row, lost));
+            let per_length = reciprocal_sqrt(at_least(square(column), 1e-30));
             *blind = column.map(|cell| cell * per_length);
         }
     }
@@ -292,21 +314,19 @@ impl Judge {
     fn prove(&mut self, design: &Design, suspected: bool, severity: [f32; SCALES]) {
         for (peak, severity) in self.known.peak.iter_mut().zip(severity) {
             // Of the limit as it is, not as it was widened; and what raises an alarm is no tail.
-            *peak = select_unpredictable(suspected, *peak, peak.max(severity * UNPROVEN));
+            *peak = select_unpredictable(suspected, *peak, at_least(*peak, severity * UNPROVEN));
         }
-        if self.known.unproven > 0 {
-            self.known.unproven -= 1;
-            if self.known.unproven == 0 {
-                self.known.prove(design);
-            }
+        if self.known.unproven == 1 {
+            self.known.prove(design);
         }
+        self.known.unproven = self.known.unproven.saturating_sub(1);
     }
 }
 
-/// Whether two images differ by more than noise, and by more than a share of the second.
+/// Whether two images differ by more than noise (given as its reciprocal), and by more than a share of the second.
 #[inline(always)]
-fn differ(noise: f32, a: [f32; 3], b: [f32; 3]) -> bool {
-    square(difference(a, b)) > noise + MOVED_SHARE * MOVED_SHARE * square(b)
+fn differ(per_noise: f32, a: [f32; 3], b: [f32; 3]) -> bool {
+    (square(difference(a, b)) - MOVED_SHARE * MOVED_SHARE * square(b)) * per_noise > 1.0
 }
 
 /// Whether every distance is so far below its limit that nothing is suspected.
@@ -316,6 +336,10 @@ fn quiet(severity: [f32; SCALES]) -> bool {
 }
 
 impl Judge {
+    pub(super) fn limits(&self) -> [f32; SCALES] {
+        self.known.per_limit.map(|per_limit| 1.0 / per_limit)
+    }
+
     /// Whether the estimate has not yet averaged for as long as the slow scale does.
     pub(super) fn is_young(&self, design: &Design) -> bool {
         let [_, _, of_slow] = &design.scales;
@@ -331,7 +355,7 @@ impl Judge {
         // Of a lost channel nothing is known.
         for (i, column) in covariance.iter_mut().enumerate() {
             for (j, (cell, sigma)) in column.iter_mut().zip(self.known.model.sigma).enumerate() {
-                let blind = |k: usize| self.blind.get(k).copied().unwrap_or_default();
+                let blind = |k: usize| self.blind >> k & 1 != 0;
                 if blind(i) || blind(j) {
                     *cell = if i == j { 1e6 * sigma * sigma } else { 0.0 };
                 }

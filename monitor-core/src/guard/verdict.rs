@@ -51,17 +51,9 @@ const SET_POINT: u32 = 1 << 12;
 
 impl Standing {
     #[inline(always)]
-    pub(super) fn new(
-        alarm: bool,
-        recovering: bool,
-        named: bool,
-        held: bool,
-        stuck: [bool; 3],
-        silent: [bool; 3],
-    ) -> Self {
-        let bits = |[a, b, c]: [bool; 3]| u32::from(a) | u32::from(b) << 1 | u32::from(c) << 2;
+    pub(super) fn new(alarm: bool, recovering: bool, named: bool, held: bool, stuck: u32, silent: u32) -> Self {
         let flags = u32::from(alarm) | u32::from(recovering) << 1 | u32::from(named) << 2 | u32::from(held) << 3;
-        Standing(flags | bits(stuck) << STUCK_SHIFT | bits(silent) << SILENT_SHIFT)
+        Standing(flags | stuck << STUCK_SHIFT | silent << SILENT_SHIFT)
     }
 
     #[inline(always)]
