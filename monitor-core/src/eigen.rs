@@ -16,12 +16,12 @@
 //!    across it, where Mohr's circle settles a 2x2 problem. If they are equal, any rotation is right. The trace of the
 //!    deviator is zero, so the centre of the circle is known.
 //!
-//! Whatever is left of the error of step 3, the vectors are orthonormal and the eigenvalues do not feel it: both come from an
-//! exact similarity, which what couples the axis to the plane enters as its square.
+//! What error step 3 leaves turns the three vectors together: a reflection and a rotation keep them orthonormal, and the
+//! eigenvalues of the plane feel its square alone.
 //!
 //! Square roots enter only as reciprocals, so Newton's iteration gives them in a fixed number of products; choices are
 //! selects, and sums of squares have a summand far below rounding in place of a case for zero. So every matrix takes the same
-//! instructions: an audit of the linked firmware proves it. `NUMERICS.md` says what they are spent on.
+//! instructions: an audit of the linked firmware proves it. `NUMERICS.md` says what takes how many.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -124,7 +124,7 @@ impl ClosedFormEigen<2> for SMatrix<f32, 2, 2> {
         const H: f32 = core::f32::consts::FRAC_1_SQRT_2;
         let [[_, rho], _] = self.data.0;
         let h = H.copysign(rho);
-        let no_number_unless_finite = rho - rho;
+        let no_number_unless_finite = 0.0 * rho;
         Decomposition(Eigen {
             values: SVector::from([1.0 + rho.abs() + no_number_unless_finite, 1.0 - rho.abs()]),
             vectors: SMatrix::from([[H, h], [H, -h]]),
