@@ -6,7 +6,7 @@ use super::alarm::{Alarm, Evidence, Outcome, Rules};
 use super::design::Design;
 use super::direction::Noise;
 use super::level::PERIOD;
-use super::model::{Model, Scale};
+use super::model::Model;
 use super::sensor::{Losses, Senses};
 use super::verdict::{Standing, Verdict};
 use super::{SCALES, at_least, at_most, difference};
