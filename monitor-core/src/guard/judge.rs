@@ -267,9 +267,12 @@ impl Judge {
             self.steady = select_unpredictable(moving, 0, self.steady.saturating_add(2));
             return false;
         }
-        let far = differ(per_middle, images.middle, self.image(MIDDLE, self.estimate));
+        let before = self.image(MIDDLE, self.estimate);
+        let far = differ(per_middle, images.middle, before);
         self.still = select_unpredictable(far, 0, self.still.saturating_add(2));
-        far & (self.steady >= rules.steady)
+        // Nearer to health than to the estimate, it is on its way out.
+        let on_its_way_out = inner(images.middle, before) < 0.5 * square(before);
+        far & !on_its_way_out & (self.steady >= rules.steady)
     }
 
     /// What is learned while judging: the tail of each distance, mean and metrics, which channel the metrics do without.
