@@ -1,15 +1,12 @@
 //! `guard` mode: small faults, found fast, named right, and silence for months.
 //!
-//! The paper smooths T² of single samples. Here each channel is smoothed first, at three time scales, and T² is formed of
-//! what is left: noise averages out while it still has both signs, so shifts of a tenth of a sigma show. Limits come from the
-//! false alarms that are tolerable per hour.
-//!
 //! ```text
 //! sample ─ fit? ─ gate ─ deviation (1.7) ─┬─ fast   ─ T² ─┐
 //!            │                            ├─ middle ─ T² ─┼─ limits ─ raise, withdraw ─ verdict
 //!          losses                         └─ slow   ─ T² ─┘                  │
 //!                                              └─ estimate ─ directions ─ finding, size   (on request)
 //! ```
+#![doc = include_str!("../GUARD.md")]
 
 use core::hint::select_unpredictable;
 

@@ -315,3 +315,6 @@ impl Whitening {
         [first, second, (z - l20 * first - l21 * second) / l22]
     }
 }
+
+#[cfg(test)]
+mod tests;
