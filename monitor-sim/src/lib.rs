@@ -3,10 +3,12 @@
 // The plant.
 pub mod noise;
 pub mod motor;
+pub mod exponential;
 pub mod controller;
 pub mod fault;
 pub mod scenario;
 pub mod plant;
+pub mod random_motor;
 // Recorded logs.
 pub mod log;
 pub mod inject;

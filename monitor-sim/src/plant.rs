@@ -1,6 +1,7 @@
 //! The whole of the paper's figure 2, run: set point, cascade, motor, sensors, and faults where they enter.
 
 use crate::controller::{Cascade, CascadeState};
+use crate::exponential::ExponentialMotor;
 use crate::fault::{ActingFaults, Actions, FaultPoint, Injection};
 use crate::motor::{Load, Motor, MotorParameters, MotorState};
 use crate::noise::{GaussMarkov, Sensor, Stream};
@@ -53,6 +54,8 @@ pub struct TrueState {
 pub struct Plant {
     cascade: Cascade,
     motor: Motor,
+    /// Takes the place of `motor` in long studies.
+    exponential: Option<ExponentialMotor>,
     parameters: MotorParameters,
     load: Load,
     set_points: Vec<SetPoint>,
@@ -60,7 +63,8 @@ pub struct Plant {
     control_rate_hz: f64,
     record_every: u32,
 
-    turbulence: GaussMarkov,
+    /// None where there is none: a draw costs as much as a sensor's.
+    turbulence: Option<GaussMarkov>,
     speed_sensor: Sensor,
     current_sensor: Sensor,
     voltage_sensor: Sensor,
@@ -97,19 +101,17 @@ impl Plant {
         Self {
             cascade: Cascade::new(&scenario.controller, &scenario.motor, period_s),
             motor: Motor::new(&scenario.motor, period_s),
+            exponential: None,
             parameters: scenario.motor,
             load: load.mean(),
             set_points: scenario.set_points.clone(),
             faults: ActingFaults::new(seed, &scenario.faults),
             control_rate_hz: scenario.control_rate_hz,
             record_every: scenario.record_every,
-            turbulence: GaussMarkov::new(
-                seed,
-                Stream::Turbulence,
-                load.turbulence_sigma_nm,
-                load.turbulence_bandwidth_hz,
-                period_s,
-            ),
+            turbulence: (load.turbulence_sigma_nm > 0.0).then(|| {
+                let (sigma, bandwidth_hz) = (load.turbulence_sigma_nm, load.turbulence_bandwidth_hz);
+                GaussMarkov::new(seed, Stream::Turbulence, sigma, bandwidth_hz, period_s)
+            }),
             speed_sensor: sensor(Stream::Speed, noise.speed_sigma_rad_per_s, noise.speed_step_rad_per_s),
             current_sensor: sensor(Stream::ArmatureCurrent, noise.current_sigma_a, noise.current_step_a),
             voltage_sensor: sensor(Stream::ArmatureVoltage, noise.voltage_sigma_v, noise.voltage_step_v),
@@ -122,6 +124,16 @@ impl Plant {
             period: 0,
             samples_left: (scenario.duration_s * scenario.rate_hz()).round() as usize,
         }
+    }
+
+    /// The same plant for long studies: the motor is solved over each control period at once
+    /// ([`ExponentialMotor`]) while its constants are healthy. Equal to [`new`](Self::new) but for the error of
+    /// integration of either.
+    #[must_use]
+    pub fn exponential(scenario: &Scenario, seed: u64) -> Self {
+        let (load, speed, period_s) = (scenario.load.mean(), scenario.set_point(0.0), 1.0 / scenario.control_rate_hz);
+        let motor = ExponentialMotor::new(&scenario.motor, &load, speed, period_s);
+        Self { exponential: Some(motor), ..Self::new(scenario, seed) }
     }
 
     /// The true values at the instant of the sample returned last.
@@ -153,7 +165,8 @@ impl Plant {
         let current = read(&mut self.current_sensor, armature_current, FaultPoint::CurrentSensor, last_current);
         let wanted = self.cascade.step(&mut self.cascade_state, set_point, speed, current);
         self.armature_voltage = faults.on(FaultPoint::VoltageActuator).apply(wanted);
-        self.held_load = faulty_load(&self.load, self.turbulence.draw(), faults.on(FaultPoint::LoadTorque));
+        let turbulence = self.turbulence.as_mut().map_or(0.0, GaussMarkov::draw);
+        self.held_load = faulty_load(&self.load, turbulence, faults.on(FaultPoint::LoadTorque));
         self.faulty_motor = faulty_motor(&self.parameters, faults, 1.0 / self.control_rate_hz);
         PlantSample {
             t_s,
@@ -167,8 +180,12 @@ impl Plant {
 
     /// The motor moves on to the next control period.
     fn advance(&mut self) {
-        let motor = self.faulty_motor.as_ref().unwrap_or(&self.motor);
-        self.motor_state = motor.advance(self.motor_state, self.armature_voltage, &self.held_load);
+        let (x, voltage, load) = (self.motor_state, self.armature_voltage, &self.held_load);
+        self.motor_state = match (&self.faulty_motor, &self.exponential) {
+            (Some(faulty), _) => faulty.advance(x, voltage, load),
+            (None, Some(healthy)) => healthy.advance(x, voltage, load),
+            (None, None) => self.motor.advance(x, voltage, load),
+        };
     }
 }
 
