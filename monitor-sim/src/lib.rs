@@ -31,5 +31,6 @@ pub mod output;
 pub mod mission;
 pub mod replay;
 pub mod tune;
+pub mod study;
 pub mod mission_page;
 pub mod replay_page;

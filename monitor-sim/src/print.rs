@@ -8,6 +8,7 @@ use comfy_table::{LineStyle, TableStyle};
 use monitor_sim::mission::{Faults, Mission, MissionReport};
 use monitor_sim::replay::{ReplayReport, Replayed};
 use monitor_sim::score::Method;
+use monitor_sim::study::Report;
 use monitor_sim::tables::{self, TextTable};
 use monitor_sim::tune::{Tune, TuneReport};
 
@@ -91,6 +92,24 @@ pub(crate) fn tune(tune: &Tune, report: &TuneReport, settings: &str, file: Optio
             let _ = writeln!(text, "Written: {} (use it with --limits)", path.display());
         }
         None => text += settings,
+    }
+    text
+}
+
+/// The tables of a study, and what they took.
+pub(crate) fn study(report: &Report, file: Option<&Path>) -> String {
+    let mut text = String::new();
+    report.tables.iter().for_each(|table| text += &shown(table.clone()));
+    let (steps, wall_s, threads) = (report.steps as f64, report.wall_s, report.threads);
+    let _ = write!(text, "{} units, {steps:.2e} control periods", report.units);
+    if report.resumed > 0 {
+        let _ = writeln!(text, ", {} units of them from the file of finished ones.", report.resumed);
+    } else {
+        let per_core = steps / wall_s / threads as f64;
+        let _ = writeln!(text, " in {wall_s:.1} s on {threads} threads: {per_core:.2e} per second and thread.");
+    }
+    if let Some(path) = file {
+        let _ = writeln!(text, "Written: {}", path.display());
     }
     text
 }

@@ -1,0 +1,86 @@
+//! `monitor-sim study`: what can be asked for.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+
+use monitor_sim::study::calibrate::Asked;
+use monitor_sim::study::watch::Mode;
+
+use super::positive;
+
+pub(crate) const EXAMPLES: &str = "\
+Examples:
+  monitor-sim study false-alarms --motors 100 --hours 50 --asked 0.1
+  monitor-sim study false-alarms --hours 1000 --motors 1000 --resume units.jsonl --out result.json
+      an interrupted study goes on where it was when it is started again
+  monitor-sim study false-alarms --json | jq '.rows[0]'
+
+Results depend on the settings and the seed, not on the number of threads.
+Exit codes: 0 done, 2 the input or the command line was wrong.";
+
+#[derive(Debug, Args)]
+// A word that is missing is an error like any other.
+#[command(after_help = EXAMPLES, arg_required_else_help = false)]
+pub(crate) struct StudyArgs {
+    #[command(subcommand)]
+    pub(crate) study: StudyCommand,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum StudyCommand {
+    /// Fault-free hours over random motors: how often is there an alarm?
+    #[command(after_help = EXAMPLES)]
+    FalseAlarms {
+        /// Random motors
+        #[arg(long, default_value_t = 20, allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+        motors: u64,
+        /// Hours judged, over all motors
+        #[arg(long, value_name = "H", default_value_t = 2.0, allow_negative_numbers = true, value_parser = positive)]
+        hours: f64,
+        #[command(flatten)]
+        common: CommonArgs,
+    },
+}
+
+/// What every study takes.
+#[derive(Debug, Args)]
+pub(crate) struct CommonArgs {
+    /// Which monitor is studied
+    #[arg(long, value_enum, default_value_t = Mode::Paper)]
+    pub(crate) mode: Mode,
+    /// False alarms per hour that the limits are set for
+    #[arg(long, value_name = "RATE", default_value_t = 0.1, allow_negative_numbers = true, value_parser = positive)]
+    pub(crate) asked: f64,
+    /// Fault-free runs that set the limits of a motor
+    #[arg(long, value_name = "N", default_value_t = 12, allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    pub(crate) calibration_runs: u64,
+    /// Seconds judged in each of them
+    #[arg(long, value_name = "S", default_value_t = 60.0, allow_negative_numbers = true, value_parser = positive)]
+    pub(crate) calibration_judged: f64,
+    /// Seed of everything
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
+    pub(crate) seed: u64,
+    /// Threads; all cores if none
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..=1024))]
+    pub(crate) threads: Option<u64>,
+    /// Keep finished units in this file, and go on from it after an interruption
+    #[arg(long, value_name = "FILE")]
+    pub(crate) resume: Option<PathBuf>,
+    /// Write the result to this file, as one JSON document
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+    /// Print one JSON document instead of tables
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+impl CommonArgs {
+    pub(crate) fn asked(&self) -> Asked {
+        Asked {
+            false_alarms_per_hour: self.asked,
+            calibration_runs: self.calibration_runs,
+            calibration_judged_s: self.calibration_judged,
+        }
+    }
+}

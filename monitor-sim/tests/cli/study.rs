@@ -1,0 +1,77 @@
+//! Studies: the same result for any number of threads and after an interruption, and a sentence for what makes no sense.
+
+use crate::desk::{Desk, assert_keys};
+
+/// Four motors, and as little as can be judged.
+const SMALL: &str =
+    "study false-alarms --motors 4 --hours 0.01 --calibration-runs 2 --calibration-judged 20 --asked 50";
+
+fn stdout(desk: &Desk, arguments: &str) -> Vec<u8> {
+    desk.run(arguments).success().stderr("").get_output().stdout.clone()
+}
+
+#[test]
+fn a_study_gives_the_same_bytes_on_one_thread_and_on_two() {
+    let desk = Desk::new();
+    let one = stdout(&desk, &format!("{SMALL} --json --threads 1"));
+    assert_eq!(one, stdout(&desk, &format!("{SMALL} --json --threads 2")));
+    assert_ne!(one, stdout(&desk, &format!("{SMALL} --json --seed 2")));
+}
+
+#[test]
+fn every_row_for_machines_has_its_units_seeds_and_counts() {
+    let report = Desk::new().json(SMALL, 0);
+    assert_keys(&report, &["study", "settings", "version", "units", "steps", "rows"]);
+    assert_eq!((&report["study"], &report["settings"]["mode"]), (&"false-alarms".into(), &"paper".into()));
+    let rows = report["rows"].as_array().unwrap();
+    assert_keys(&rows[0], &["hours", "alarms", "alarms_per_hour", "alarms_per_hour_high_95", "asked_per_hour"]);
+    assert_eq!(rows.len(), 5);
+    assert_keys(&rows[1], &["motor_seed", "flight_seed", "hours", "alarms", "thresholds"]);
+    let hours: f64 = rows[1..].iter().map(|row| row["hours"].as_f64().unwrap()).sum();
+    assert!((hours - 0.01).abs() < 1e-6, "{hours}");
+}
+
+#[test]
+fn an_interrupted_study_goes_on_to_the_same_result() {
+    let desk = Desk::new();
+    let whole = stdout(&desk, &format!("{SMALL} --json --resume units.jsonl --threads 1"));
+    let lines = desk.read("units.jsonl");
+    assert_eq!(lines.lines().count(), 5);
+    // Two units were finished and a third was being written. The first is marked, to show that it is not flown again.
+    let mut left: Vec<String> = lines.lines().take(4).map(str::to_owned).collect();
+    left[3].truncate(20);
+    desk.write("units.jsonl", left.join("\n"));
+    assert_eq!(stdout(&desk, &format!("{SMALL} --json --resume units.jsonl")), whole);
+    let marked = desk.read("units.jsonl").replacen("\"begun\":", "\"begun\":1000", 1);
+    desk.write("units.jsonl", marked);
+    let report = desk.json(&format!("{SMALL} --resume units.jsonl"), 0);
+    assert!(report["rows"][0]["alarms"].as_u64().unwrap() >= 1000, "{}", report["rows"][0]);
+}
+
+#[test]
+fn the_result_is_written_to_a_file_as_it_is_printed() {
+    let desk = Desk::new();
+    let printed = stdout(&desk, &format!("{SMALL} --json --out result.json"));
+    assert_eq!(desk.read("result.json").into_bytes(), printed);
+    let told = String::from_utf8(stdout(&desk, &format!("{SMALL} --out result.json"))).unwrap();
+    assert!(told.contains("Written: result.json") && told.contains("per hour"), "{told}");
+}
+
+#[test]
+fn what_makes_no_sense_is_refused_with_a_sentence() {
+    let desk = Desk::new();
+    desk.refuses("study", &["false-alarms"]);
+    desk.refuses("study tides", &["tides"]);
+    desk.refuses("study false-alarms --hours 0", &["--hours", "above zero"]);
+    desk.refuses("study false-alarms --motors 0", &["--motors"]);
+    desk.refuses("study false-alarms --asked nan", &["--asked", "above zero"]);
+    desk.refuses("study false-alarms --threads 0", &["--threads"]);
+    desk.refuses("study false-alarms --mode magic", &["--mode", "paper"]);
+    desk.refuses(&format!("{SMALL} --out nowhere/result.json"), &["nowhere/result.json", "--out"]);
+    desk.refuses(&format!("{SMALL} --out a.json --resume a.json"), &["--resume", "--out", "a.json"]);
+    desk.refuses(&format!("{SMALL} --calibration-judged 0.5"), &["nothing was judged", "--calibration-judged"]);
+    desk.write("other.csv", "time,speed\n");
+    desk.refuses(&format!("{SMALL} --resume other.csv"), &["other.csv", "not a file of finished units", "--resume"]);
+    stdout(&desk, &format!("{SMALL} --resume units.jsonl"));
+    desk.refuses(&format!("{SMALL} --resume units.jsonl --seed 9"), &["seed = 1 there and 9 now", "--resume"]);
+}
