@@ -12,7 +12,11 @@ pub mod raw;
 pub mod poisson;
 pub mod ledger;
 pub mod summary;
+pub mod faults;
+pub mod white;
 pub mod false_alarms;
+pub mod delay;
+pub mod ramp;
 
 use std::path::Path;
 use std::time::Instant;

@@ -4,7 +4,9 @@ use std::io::Write;
 use std::process::ExitCode;
 
 use monitor_sim::output::{self, PendingFile};
+use monitor_sim::study::delay::Delay;
 use monitor_sim::study::false_alarms::FalseAlarms;
+use monitor_sim::study::ramp::Ramp;
 use monitor_sim::study::{self, Run, Study};
 
 use crate::args::study::{CommonArgs, StudyArgs, StudyCommand};
@@ -13,8 +15,16 @@ use crate::{Failure, json, print, print_all, progress};
 pub(crate) fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
     match &args.study {
         StudyCommand::FalseAlarms { motors, hours, common } => {
-            let (mode, seed, asked) = (common.mode, common.seed, common.asked());
+            let (mode, seed, asked) = common.settings();
             make(&FalseAlarms { mode, seed, asked, motors: *motors, hours: *hours }, common)
+        }
+        StudyCommand::Delay { seeds, sizes, common } => {
+            let (mode, seed, asked) = common.settings();
+            make(&Delay { mode, seed, asked, seeds: *seeds, sizes: sizes.clone() }, common)
+        }
+        StudyCommand::Ramp { seeds, size, common } => {
+            let (mode, seed, asked) = common.settings();
+            make(&Ramp { mode, seed, asked, seeds: *seeds, size: *size }, common)
         }
     }
 }

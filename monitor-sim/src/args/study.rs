@@ -14,9 +14,25 @@ Examples:
   monitor-sim study false-alarms --motors 100 --hours 50 --asked 0.1
   monitor-sim study false-alarms --hours 1000 --motors 1000 --resume units.jsonl --out result.json
       an interrupted study goes on where it was when it is started again
-  monitor-sim study false-alarms --json | jq '.rows[0]'
+  monitor-sim study delay --asked 3.6
+  monitor-sim study ramp --seeds 50 --json | jq '.rows[0]'
 
 Results depend on the settings and the seed, not on the number of threads.
+Exit codes: 0 done, 2 the input or the command line was wrong.";
+
+const DELAY_EXAMPLES: &str = "\
+Examples:
+  monitor-sim study delay                              seven faults, seven sizes, 20 flights each
+  monitor-sim study delay --asked 3.6                  with a false alarm in a million samples: beside Lorden's bound
+  monitor-sim study delay --sizes 0.01,0.1,1 --json | jq '.rows[] | select(.row == \"white\")'
+
+Exit codes: 0 done, 2 the input or the command line was wrong.";
+
+const RAMP_EXAMPLES: &str = "\
+Examples:
+  monitor-sim study ramp                               limits for one false alarm in ten hours
+  monitor-sim study ramp --seeds 200 --size 0.5 --json | jq '.rows[].value_at_detection.median'
+
 Exit codes: 0 done, 2 the input or the command line was wrong.";
 
 #[derive(Debug, Args)]
@@ -38,6 +54,30 @@ pub(crate) enum StudyCommand {
         /// Hours judged, over all motors
         #[arg(long, value_name = "H", default_value_t = 2.0, allow_negative_numbers = true, value_parser = positive)]
         hours: f64,
+        #[command(flatten)]
+        common: CommonArgs,
+    },
+    /// How long detecting and clearing take, against the size of each fault
+    #[command(after_help = DELAY_EXAMPLES)]
+    Delay {
+        /// Flights of each fault and size
+        #[arg(long, value_name = "N", default_value_t = 20, allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+        seeds: u64,
+        /// Sizes, in shares of the faults of figure 1
+        #[arg(long, value_name = "X,X,...", value_delimiter = ',', default_value = "0.03125,0.0625,0.125,0.25,0.5,1,2", allow_negative_numbers = true, value_parser = positive)]
+        sizes: Vec<f64>,
+        #[command(flatten)]
+        common: CommonArgs,
+    },
+    /// The value that a growing fault has reached when it is detected
+    #[command(after_help = RAMP_EXAMPLES)]
+    Ramp {
+        /// Flights of each fault
+        #[arg(long, value_name = "N", default_value_t = 20, allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+        seeds: u64,
+        /// Last value of the ramps, in shares of the faults of figure 1
+        #[arg(long, value_name = "X", default_value_t = 1.0, allow_negative_numbers = true, value_parser = positive)]
+        size: f64,
         #[command(flatten)]
         common: CommonArgs,
     },
@@ -76,11 +116,13 @@ pub(crate) struct CommonArgs {
 }
 
 impl CommonArgs {
-    pub(crate) fn asked(&self) -> Asked {
-        Asked {
+    /// Which monitor, the seed, and what its limits are for.
+    pub(crate) fn settings(&self) -> (Mode, u64, Asked) {
+        let asked = Asked {
             false_alarms_per_hour: self.asked,
             calibration_runs: self.calibration_runs,
             calibration_judged_s: self.calibration_judged,
-        }
+        };
+        (self.mode, self.seed, asked)
     }
 }

@@ -28,6 +28,12 @@ impl Moments {
         self.products += d * d.transpose();
     }
 
+    /// Mean of what was taken; not a number before the first sample.
+    #[must_use]
+    pub fn mean(&self) -> [f64; 3] {
+        (self.shift + self.sum / self.n).into()
+    }
+
     /// The baseline of the window; none if a channel stood still.
     #[must_use]
     pub fn baseline(&self) -> Option<RawBaseline> {

@@ -69,9 +69,50 @@ fn what_makes_no_sense_is_refused_with_a_sentence() {
     desk.refuses("study false-alarms --mode magic", &["--mode", "paper"]);
     desk.refuses(&format!("{SMALL} --out nowhere/result.json"), &["nowhere/result.json", "--out"]);
     desk.refuses(&format!("{SMALL} --out a.json --resume a.json"), &["--resume", "--out", "a.json"]);
-    desk.refuses(&format!("{SMALL} --calibration-judged 0.5"), &["nothing was judged", "--calibration-judged"]);
+    desk.refuses(
+        "study false-alarms --motors 2 --calibration-judged 0.5",
+        &["nothing was judged", "--calibration-judged"],
+    );
     desk.write("other.csv", "time,speed\n");
     desk.refuses(&format!("{SMALL} --resume other.csv"), &["other.csv", "not a file of finished units", "--resume"]);
     stdout(&desk, &format!("{SMALL} --resume units.jsonl"));
     desk.refuses(&format!("{SMALL} --resume units.jsonl --seed 9"), &["seed = 1 there and 9 now", "--resume"]);
+}
+
+#[test]
+fn a_larger_fault_is_seen_sooner_and_white_noise_no_sooner_than_theory_allows() {
+    let report =
+        Desk::new().json("study delay --seeds 2 --sizes 0.25,2 --calibration-runs 2 --calibration-judged 30", 0);
+    let rows = report["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 7 * 2 + 5);
+    let of = |id: &str| rows.iter().filter(move |row| row["fault"] == id).collect::<Vec<_>>();
+    for id in ["F1", "F2", "F3"] {
+        let [small, large] = of(id)[..] else { panic!("two sizes of {id}") };
+        assert_keys(small, &["size", "amplitude", "unit", "first_seed", "recovered_s", "cleared_behind_recovery_s"]);
+        assert_eq!((&small["detected"], &large["detected"]), (&2.into(), &2.into()), "{id}");
+        let median = |row: &serde_json::Value, key: &str| row[key]["median"].as_f64().unwrap();
+        assert!(median(large, "delay_s") < median(small, "delay_s"), "{id}");
+        assert!(median(large, "recovered_s") > median(small, "recovered_s"), "{id}");
+        let shift = |row: &serde_json::Value| median(row, "settled_shift_sigmas");
+        assert!((shift(large) / shift(small) - 8.0).abs() < 0.2, "{id}: the loop is linear");
+    }
+    let white = rows.iter().filter(|row| row["row"] == "white").collect::<Vec<_>>();
+    let ratios: Vec<f64> = white.iter().filter_map(|row| row["lorden_ratio"].as_f64()).collect();
+    assert!(!ratios.is_empty() && ratios.iter().all(|ratio| *ratio > 0.8), "{ratios:?}");
+}
+
+#[test]
+fn the_value_of_a_ramp_at_detection_lies_on_the_ramp() {
+    let report = Desk::new().json("study ramp --seeds 3 --calibration-runs 2 --calibration-judged 30", 0);
+    let rows = report["rows"].as_array().unwrap();
+    let ids: Vec<_> = rows.iter().map(|row| row["fault"].as_str().unwrap()).collect();
+    assert_eq!(ids, ["F1", "F2", "F3", "R", "K", "U", "J"]);
+    for row in &rows[..6] {
+        assert_keys(row, &["unit", "flights", "first_seed", "values"]);
+        assert_eq!(row["detected"], 3, "{row}");
+        let [least, median, greatest] =
+            ["min", "median", "max"].map(|key| row["value_at_detection"][key].as_f64().unwrap());
+        assert!(0.0 < least && least <= median && median <= greatest, "{row}");
+        assert!(greatest < 0.5 * row["amplitude"].as_f64().unwrap().abs(), "{row}");
+    }
 }
