@@ -17,6 +17,7 @@ pub mod white;
 pub mod false_alarms;
 pub mod delay;
 pub mod ramp;
+pub mod localization;
 
 use std::path::Path;
 use std::time::Instant;
@@ -208,4 +209,5 @@ pub(crate) mod purpose {
     pub(crate) const MOTOR: u64 = 1;
     pub(crate) const CALIBRATION: u64 = 2;
     pub(crate) const FLIGHT: u64 = 3;
+    pub(crate) const DRAW: u64 = 4;
 }

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use monitor_sim::output::{self, PendingFile};
 use monitor_sim::study::delay::Delay;
 use monitor_sim::study::false_alarms::FalseAlarms;
+use monitor_sim::study::localization::Localization;
 use monitor_sim::study::ramp::Ramp;
 use monitor_sim::study::{self, Run, Study};
 
@@ -25,6 +26,11 @@ pub(crate) fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
         StudyCommand::Ramp { seeds, size, common } => {
             let (mode, seed, asked) = common.settings();
             make(&Ramp { mode, seed, asked, seeds: *seeds, size: *size }, common)
+        }
+        StudyCommand::Localization { motors, sizes, constants_off, common } => {
+            let (mode, seed, asked) = common.settings();
+            let (sizes, constants_off) = (sizes.clone(), *constants_off);
+            make(&Localization { mode, seed, asked, motors: *motors, sizes, constants_off }, common)
         }
     }
 }

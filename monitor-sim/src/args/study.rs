@@ -35,6 +35,14 @@ Examples:
 
 Exit codes: 0 done, 2 the input or the command line was wrong.";
 
+const LOCALIZATION_EXAMPLES: &str = "\
+Examples:
+  monitor-sim study localization                       50 motors, seven faults, five sizes
+  monitor-sim study localization --motors 1000 --resume units.jsonl --out localization.json
+  monitor-sim study localization --constants-off 0 --json | jq '.rows[] | select(.row == \"confusion\")'
+
+Exit codes: 0 done, 2 the input or the command line was wrong.";
+
 #[derive(Debug, Args)]
 // A word that is missing is an error like any other.
 #[command(after_help = EXAMPLES, arg_required_else_help = false)]
@@ -81,6 +89,28 @@ pub(crate) enum StudyCommand {
         #[command(flatten)]
         common: CommonArgs,
     },
+    /// Which name each fault is given, over random motors
+    #[command(after_help = LOCALIZATION_EXAMPLES)]
+    Localization {
+        /// Random motors
+        #[arg(long, default_value_t = 50, allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+        motors: u64,
+        /// Sizes: how far each fault shifts the settled readings, in sigmas of one sample
+        #[arg(long, value_name = "X,X,...", value_delimiter = ',', default_value = "1,2,4,8,16", allow_negative_numbers = true, value_parser = positive)]
+        sizes: Vec<f64>,
+        /// How far resistance, torque constant and load slope may be from what the monitor is told, as a share
+        #[arg(long, value_name = "X", default_value_t = 0.2, allow_negative_numbers = true, value_parser = share)]
+        constants_off: f64,
+        #[command(flatten)]
+        common: CommonArgs,
+    },
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (0.0..1.0).contains(&value) => Ok(value),
+        _ => Err("a number from 0 to below 1 is needed".to_owned()),
+    }
 }
 
 /// What every study takes.

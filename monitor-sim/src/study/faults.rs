@@ -86,6 +86,49 @@ impl Culprit {
         }
     }
 
+    /// Whether the settled readings of this fault and another are those of one direction in every motor: resistance and
+    /// supply move the voltage alone. No monitor of settled readings tells them apart, and either name is right.
+    #[must_use]
+    pub fn is_in_group_with(&self, other: &Self) -> bool {
+        let voltage_alone = |point| {
+            matches!(point, FaultPoint::ArmatureResistance | FaultPoint::VoltageActuator | FaultPoint::VoltageSensor)
+        };
+        self.point == other.point || voltage_alone(self.point) && voltage_alone(other.point)
+    }
+
+    /// How much of one sigma of this fault's settled shift no fault outside of its group can look like, by a learned
+    /// baseline: 0 if one is in the same direction, 1 if all are at right angles.
+    #[must_use]
+    pub fn isolation(&self, scenario: &Scenario, baseline: &RawBaseline) -> f64 {
+        let own = self.settled_shift(scenario);
+        let others = Self::ALL.iter().filter(|other| !self.is_in_group_with(other));
+        let shifts = others.map(|other| other.settled_shift(scenario)).filter(|shift| baseline.length(*shift) > 0.0);
+        shifts.map(|shift| baseline.sine_between(own, shift)).fold(1.0, f64::min)
+    }
+
+    /// The amplitude whose settled shift is `sigmas` long by a learned baseline, but not beyond the largest, and the
+    /// length that it has. Inertia shifts nothing: its amplitude grows with `sigmas` up to the largest at 16.
+    #[must_use]
+    pub fn amplitude(&self, scenario: &Scenario, baseline: &RawBaseline, sigmas: f64) -> (f64, f64) {
+        let largest = self.largest(scenario);
+        let per_amplitude = baseline.length(self.settled_shift(scenario));
+        if per_amplitude == 0.0 {
+            return ((largest * sigmas / 16.0).min(largest), 0.0);
+        }
+        let amplitude = (sigmas / per_amplitude).min(largest);
+        (amplitude, amplitude * per_amplitude)
+    }
+
+    /// Whether it may go either way: a winding warms, a magnet weakens and debris comes, but loads, sensors and supplies
+    /// are off in both directions.
+    #[must_use]
+    pub const fn has_both_signs(&self) -> bool {
+        matches!(
+            self.point,
+            FaultPoint::LoadTorque | FaultPoint::SpeedSensor | FaultPoint::CurrentSensor | FaultPoint::VoltageActuator
+        )
+    }
+
     /// The largest amplitude that leaves a random motor inside its supply: half of the load or current, a fifth of the
     /// speed, half of a constant; twice the inertia more.
     #[must_use]

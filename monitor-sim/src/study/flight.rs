@@ -20,6 +20,20 @@ pub fn fly(
     index
 }
 
+/// Flies samples with one fault of the right name over `fault_s` (first and last second) through a monitor, and says what
+/// became of it and how many samples there were.
+pub fn outcome(
+    samples: impl Iterator<Item = PlantSample>,
+    watch: &mut dyn Watch,
+    right: Name,
+    [start_s, end_s]: [f64; 2],
+    rate_hz: f64,
+) -> (Outcome, u64) {
+    let mut episode = Episode::new(right, start_s, end_s, rate_hz);
+    let steps = fly(samples, watch, |index, _, said| episode.push(index, said));
+    (episode.outcome(), steps)
+}
+
 /// Alarms of a run that has no fault.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Alarms {
@@ -59,8 +73,19 @@ pub struct Outcome {
     pub right_share: Option<f64>,
 }
 
+/// The right name stands if it does so for this share of the time after [`NAMED_AFTER_S`].
+pub const STANDS_SHARE: f64 = 0.99;
+
 /// A name given while the loop still moves is a guess: the right one has to stand from one second after detection on.
 pub const NAMED_AFTER_S: f64 = 1.0;
+
+impl Outcome {
+    /// Whether the right name stood from one second after detection on, but for a hundredth of the time.
+    #[must_use]
+    pub fn right_stands(&self) -> bool {
+        self.right_share.is_some_and(|share| share >= STANDS_SHARE)
+    }
+}
 
 /// Follows one fault through a run.
 #[derive(Clone, Debug)]

@@ -61,6 +61,18 @@ impl RawBaseline {
         (d.transpose() * self.inverse * d)[0].max(0.0).sqrt()
     }
 
+    /// Sine of the angle between two shifts in that metric: 0 if they cannot be told apart by direction, 1 if nothing of
+    /// one looks like the other. 0 where one of them is no shift.
+    #[must_use]
+    pub fn sine_between(&self, a: [f64; 3], b: [f64; 3]) -> f64 {
+        let lengths = self.length(a) * self.length(b);
+        if lengths == 0.0 {
+            return 0.0;
+        }
+        let cosine = (Vector3::from(a).transpose() * self.inverse * Vector3::from(b))[0] / lengths;
+        (1.0 - cosine * cosine).max(0.0).sqrt()
+    }
+
     /// Whether one sample lies beyond what a million in control exceed once.
     #[must_use]
     pub fn is_beyond(&self, x: [f64; 3]) -> bool {

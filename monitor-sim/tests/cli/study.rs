@@ -116,3 +116,21 @@ fn the_value_of_a_ramp_at_detection_lies_on_the_ramp() {
         assert!(greatest < 0.5 * row["amplitude"].as_f64().unwrap().abs(), "{row}");
     }
 }
+
+#[test]
+fn every_flight_of_every_fault_is_counted_once_in_the_confusion_table() {
+    let arguments = "study localization --motors 3 --sizes 2,32 --calibration-runs 2 --calibration-judged 30";
+    let report = Desk::new().json(arguments, 0);
+    let rows = report["rows"].as_array().unwrap();
+    let of = |kind: &str| rows.iter().filter(move |row| row["row"] == kind).collect::<Vec<_>>();
+    assert_eq!((of("size").len(), of("confusion").len(), of("isolable").len()), (14, 7, 1));
+    for row in of("confusion") {
+        let named: u64 = row["named"].as_object().unwrap().values().map(|n| n.as_u64().unwrap()).sum();
+        let rest = ["nameless", "missed", "early_alarms"].map(|key| row[key].as_u64().unwrap());
+        assert_eq!(named + rest.iter().sum::<u64>(), 6, "{row}");
+    }
+    // A current sensor that is far off moves nothing but its own reading: the paper's table names it.
+    let large = of("size").into_iter().find(|row| row["fault"] == "F3" && row["asked_sigmas"] == 32.0).unwrap();
+    assert_eq!((&large["detected"], &large["named_right"]), (&3.into(), &3.into()), "{large}");
+    assert_keys(large, &["seed", "flights", "sigmas", "apart_sigmas", "named_right_group", "right_name_stands"]);
+}
