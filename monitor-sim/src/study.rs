@@ -18,6 +18,8 @@ pub mod false_alarms;
 pub mod delay;
 pub mod ramp;
 pub mod localization;
+mod jitter;
+pub mod robustness;
 
 use std::path::Path;
 use std::time::Instant;

@@ -8,6 +8,7 @@ use monitor_sim::study::delay::Delay;
 use monitor_sim::study::false_alarms::FalseAlarms;
 use monitor_sim::study::localization::Localization;
 use monitor_sim::study::ramp::Ramp;
+use monitor_sim::study::robustness::Robustness;
 use monitor_sim::study::{self, Run, Study};
 
 use crate::args::study::{CommonArgs, StudyArgs, StudyCommand};
@@ -31,6 +32,11 @@ pub(crate) fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
             let (mode, seed, asked) = common.settings();
             let (sizes, constants_off) = (sizes.clone(), *constants_off);
             make(&Localization { mode, seed, asked, motors: *motors, sizes, constants_off }, common)
+        }
+        StudyCommand::Robustness { motors, size, healthy, common } => {
+            let (mode, seed, asked) = common.settings();
+            let (motors, size, healthy_s) = (*motors, *size, *healthy);
+            make(&Robustness { mode, seed, asked, motors, size, healthy_s }, common)
         }
     }
 }

@@ -43,6 +43,13 @@ Examples:
 
 Exit codes: 0 done, 2 the input or the command line was wrong.";
 
+const ROBUSTNESS_EXAMPLES: &str = "\
+Examples:
+  monitor-sim study robustness                         outliers, missing samples, ADC steps, jitter, stuck sensors
+  monitor-sim study robustness --motors 200 --size 4 --json | jq '.rows[] | select(.row == \"stuck\")'
+
+Exit codes: 0 done, 2 the input or the command line was wrong.";
+
 #[derive(Debug, Args)]
 // A word that is missing is an error like any other.
 #[command(after_help = EXAMPLES, arg_required_else_help = false)]
@@ -101,6 +108,21 @@ pub(crate) enum StudyCommand {
         /// How far resistance, torque constant and load slope may be from what the monitor is told, as a share
         #[arg(long, value_name = "X", default_value_t = 0.2, allow_negative_numbers = true, value_parser = share)]
         constants_off: f64,
+        #[command(flatten)]
+        common: CommonArgs,
+    },
+    /// What bad readings and wrong constants do, over random motors
+    #[command(after_help = ROBUSTNESS_EXAMPLES)]
+    Robustness {
+        /// Random motors
+        #[arg(long, default_value_t = 20, allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+        motors: u64,
+        /// How far the faults shift the settled readings, in sigmas of one sample
+        #[arg(long, value_name = "X", default_value_t = 8.0, allow_negative_numbers = true, value_parser = positive)]
+        size: f64,
+        /// Seconds that each motor is judged without a fault under each disturbance
+        #[arg(long, value_name = "S", default_value_t = 60.0, allow_negative_numbers = true, value_parser = positive)]
+        healthy: f64,
         #[command(flatten)]
         common: CommonArgs,
     },

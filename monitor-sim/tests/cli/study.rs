@@ -134,3 +134,28 @@ fn every_flight_of_every_fault_is_counted_once_in_the_confusion_table() {
     assert_eq!((&large["detected"], &large["named_right"]), (&3.into(), &3.into()), "{large}");
     assert_keys(large, &["seed", "flights", "sigmas", "apart_sigmas", "named_right_group", "right_name_stands"]);
 }
+
+#[test]
+fn what_disturbs_a_monitor_is_counted_for_each_level_and_each_fault() {
+    let arguments = "study robustness --motors 1 --healthy 10 --size 32 --calibration-runs 2 --calibration-judged 30";
+    let report = Desk::new().json(arguments, 0);
+    let rows = report["rows"].as_array().unwrap();
+    let of = |kind: &str| rows.iter().filter(move |row| row["row"] == kind).collect::<Vec<_>>();
+    assert_eq!((of("disturbance").len(), of("stuck").len()), (15, 3));
+    for row in of("disturbance") {
+        assert_keys(row, &["level", "seed", "motors", "judged_share", "hours", "alarms_per_hour_high_95", "delay_s"]);
+        for fault in row["faults"].as_array().unwrap() {
+            assert_eq!(fault["flights"], 1, "{row}");
+        }
+    }
+    let of_kind = |disturbance: &str, level: &str| {
+        let mut rows = of("disturbance").into_iter();
+        rows.find(|row| row["disturbance"] == disturbance && row["level"] == level).unwrap()
+    };
+    let undisturbed = of_kind("none", "");
+    assert!(undisturbed["faults"].as_array().unwrap().iter().all(|fault| fault["detected"] == 1), "{undisturbed}");
+    assert_eq!(undisturbed["judged_share"], 1.0);
+    // Every second slot has no sample that could be judged: of 10,000 standard error 50; four of it.
+    let lossy = of_kind("missing samples", "50.00 %");
+    assert!((lossy["judged_share"].as_f64().unwrap() - 0.5).abs() < 0.02, "{lossy}");
+}
