@@ -114,7 +114,7 @@ pub(crate) fn study(report: &Report, file: Option<&Path>) -> String {
     text
 }
 
-fn shown(table: TextTable) -> String {
+pub(crate) fn shown(table: TextTable) -> String {
     let mut drawn = Table::new();
     // A line under the header is enough: numbers need no boxes.
     drawn.load_style(TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─')));

@@ -20,6 +20,7 @@ pub mod ramp;
 pub mod localization;
 mod jitter;
 pub mod robustness;
+pub mod speed;
 
 use std::path::Path;
 use std::time::Instant;

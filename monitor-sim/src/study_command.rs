@@ -9,9 +9,10 @@ use monitor_sim::study::false_alarms::FalseAlarms;
 use monitor_sim::study::localization::Localization;
 use monitor_sim::study::ramp::Ramp;
 use monitor_sim::study::robustness::Robustness;
+use monitor_sim::study::speed::Speed;
 use monitor_sim::study::{self, Run, Study};
 
-use crate::args::study::{CommonArgs, StudyArgs, StudyCommand};
+use crate::args::study::{ANY_LIMITS, CommonArgs, StudyArgs, StudyCommand};
 use crate::{Failure, json, print, print_all, progress};
 
 pub(crate) fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
@@ -38,7 +39,18 @@ pub(crate) fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
             let (motors, size, healthy_s) = (*motors, *size, *healthy);
             make(&Robustness { mode, seed, asked, motors, size, healthy_s }, common)
         }
+        StudyCommand::Speed { steps, mode, seed, json } => {
+            measure(&Speed { mode: *mode, seed: *seed, asked: ANY_LIMITS, steps: *steps }, *json)
+        }
     }
+}
+
+fn measure(speed: &Speed, as_json: bool) -> Result<ExitCode, Failure> {
+    let bar = progress(Some(speed.measurements()), "measurements");
+    let report = speed.run(|| bar.inc(1));
+    bar.finish_and_clear();
+    let report = report?;
+    print_all(&if as_json { json(&report)? } else { print::shown(report.table()) })
 }
 
 fn make<S: Study>(study: &S, common: &CommonArgs) -> Result<ExitCode, Failure> {

@@ -16,6 +16,8 @@ Examples:
       an interrupted study goes on where it was when it is started again
   monitor-sim study delay --asked 3.6
   monitor-sim study ramp --seeds 50 --json | jq '.rows[0]'
+  monitor-sim study localization --motors 1000
+  monitor-sim study robustness
 
 Results depend on the settings and the seed, not on the number of threads.
 Exit codes: 0 done, 2 the input or the command line was wrong.";
@@ -49,6 +51,17 @@ Examples:
   monitor-sim study robustness --motors 200 --size 4 --json | jq '.rows[] | select(.row == \"stuck\")'
 
 Exit codes: 0 done, 2 the input or the command line was wrong.";
+
+const SPEED_EXAMPLES: &str = "\
+Examples:
+  monitor-sim study speed
+  monitor-sim study speed --json | jq '.rows[].steps_per_s_and_thread'
+
+Exit codes: 0 done, 2 the input or the command line was wrong.";
+
+/// A study that shows no rates of alarms needs limits, but not good ones.
+pub(crate) const ANY_LIMITS: Asked =
+    Asked { false_alarms_per_hour: 0.1, calibration_runs: 2, calibration_judged_s: 30.0 };
 
 #[derive(Debug, Args)]
 // A word that is missing is an error like any other.
@@ -125,6 +138,22 @@ pub(crate) enum StudyCommand {
         healthy: f64,
         #[command(flatten)]
         common: CommonArgs,
+    },
+    /// Control periods per second, and the shares of plant and monitor (by the clock)
+    #[command(after_help = SPEED_EXAMPLES)]
+    Speed {
+        /// Control periods of each measurement and thread
+        #[arg(long, value_name = "N", default_value_t = 2_000_000, allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
+        steps: u64,
+        /// Which monitor is measured
+        #[arg(long, value_enum, default_value_t = Mode::Paper)]
+        mode: Mode,
+        /// Seed of the random motor and the noise
+        #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
+        seed: u64,
+        /// Print one JSON document instead of a table
+        #[arg(long)]
+        json: bool,
     },
 }
 

@@ -159,3 +159,16 @@ fn what_disturbs_a_monitor_is_counted_for_each_level_and_each_fault() {
     let lossy = of_kind("missing samples", "50.00 %");
     assert!((lossy["judged_share"].as_f64().unwrap() - 0.5).abs() < 0.02, "{lossy}");
 }
+
+#[test]
+fn the_speed_of_plant_and_monitor_is_measured() {
+    let report = Desk::new().json("study speed --steps 20000", 0);
+    let rows = report["rows"].as_array().unwrap();
+    assert!(rows.len() >= 6, "{report}");
+    for row in rows {
+        assert_keys(row, &["motor", "what", "threads", "steps", "wall_s", "steps_per_s_and_thread", "monitor_share"]);
+        // The learning window of 15.5 s at 1 kHz comes on top.
+        assert_eq!(row["steps"].as_u64().unwrap(), 35_500 * row["threads"].as_u64().unwrap(), "{row}");
+        assert!(row["steps_per_s_and_thread"].as_f64().unwrap() > 1e3, "{row}");
+    }
+}
