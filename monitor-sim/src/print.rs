@@ -9,6 +9,7 @@ use monitor_sim::mission::{Faults, Mission, MissionReport};
 use monitor_sim::replay::{ReplayReport, Replayed};
 use monitor_sim::score::Method;
 use monitor_sim::study::Report;
+use monitor_sim::study::white::RATE_HZ;
 use monitor_sim::tables::{self, TextTable};
 use monitor_sim::tune::{Tune, TuneReport};
 
@@ -106,7 +107,12 @@ pub(crate) fn study(report: &Report, file: Option<&Path>) -> String {
         let _ = writeln!(text, ", {} units of them from the file of finished ones.", report.resumed);
     } else {
         let per_core = steps / wall_s / threads as f64;
-        let _ = writeln!(text, " in {wall_s:.1} s on {threads} threads: {per_core:.2e} per second and thread.");
+        // Every study flies at one rate.
+        let hours = steps / RATE_HZ / 3600.0 / wall_s;
+        let _ = writeln!(
+            text,
+            " in {wall_s:.1} s on {threads} threads: {per_core:.2e} per second and thread, {hours:.2} simulated hours a second."
+        );
     }
     if let Some(path) = file {
         let _ = writeln!(text, "Written: {}", path.display());

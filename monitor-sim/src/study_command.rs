@@ -29,10 +29,10 @@ pub(crate) fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
             let (mode, seed, asked) = common.settings();
             make(&Ramp { mode, seed, asked, seeds: *seeds, size: *size }, common)
         }
-        StudyCommand::Localization { motors, sizes, constants_off, common } => {
+        StudyCommand::Localization { motors, sizes, constants_off, faults, common } => {
             let (mode, seed, asked) = common.settings();
-            let (sizes, constants_off) = (sizes.clone(), *constants_off);
-            make(&Localization { mode, seed, asked, motors: *motors, sizes, constants_off }, common)
+            let (motors, sizes, constants_off, faults) = (*motors, sizes.clone(), *constants_off, *faults);
+            make(&Localization { mode, seed, asked, motors, sizes, constants_off, faults }, common)
         }
         StudyCommand::Robustness { motors, size, healthy, common } => {
             let (mode, seed, asked) = common.settings();

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 
 use monitor_sim::study::calibrate::Asked;
+use monitor_sim::study::localization::Faults;
 use monitor_sim::study::watch::Mode;
 
 use super::positive;
@@ -40,6 +41,7 @@ Exit codes: 0 done, 2 the input or the command line was wrong.";
 const LOCALIZATION_EXAMPLES: &str = "\
 Examples:
   monitor-sim study localization                       50 motors, seven faults, five sizes
+  monitor-sim study localization --faults paper        the paper's three alone
   monitor-sim study localization --motors 1000 --resume units.jsonl --out localization.json
   monitor-sim study localization --constants-off 0 --json | jq '.rows[] | select(.row == \"confusion\")'
 
@@ -121,6 +123,9 @@ pub(crate) enum StudyCommand {
         /// How far resistance, torque constant and load slope may be from what the monitor is told, as a share
         #[arg(long, value_name = "X", default_value_t = 0.2, allow_negative_numbers = true, value_parser = share)]
         constants_off: f64,
+        /// Which faults there are
+        #[arg(long, value_enum, default_value_t = Faults::All)]
+        faults: Faults,
         #[command(flatten)]
         common: CommonArgs,
     },

@@ -34,6 +34,12 @@ impl Culprit {
         culprit("J", FaultPoint::LoadInertia, FaultKind::Gain),
     ];
 
+    /// The paper's three.
+    #[must_use]
+    pub const fn papers() -> &'static [Self] {
+        Self::ALL.split_at(3).0
+    }
+
     /// The amplitude of size 1 in the motor of figure 1: those of its faults (half the load, 2.7 % of the speed, a
     /// quarter of the current), and for the others what a winding or connector that warms and loosens, a magnet that
     /// ages, a supply that sags, and a propeller that is fouled may do.
@@ -96,12 +102,12 @@ impl Culprit {
         self.point == other.point || voltage_alone(self.point) && voltage_alone(other.point)
     }
 
-    /// How much of one sigma of this fault's settled shift no fault outside of its group can look like, by a learned
-    /// baseline: 0 if one is in the same direction, 1 if all are at right angles.
+    /// How much of one sigma of this fault's settled shift none of the `candidates` outside of its group can look like, by
+    /// a learned baseline: 0 if one is in the same direction, 1 if all are at right angles.
     #[must_use]
-    pub fn isolation(&self, scenario: &Scenario, baseline: &RawBaseline) -> f64 {
+    pub fn isolation(&self, candidates: &[Self], scenario: &Scenario, baseline: &RawBaseline) -> f64 {
         let own = self.settled_shift(scenario);
-        let others = Self::ALL.iter().filter(|other| !self.is_in_group_with(other));
+        let others = candidates.iter().filter(|other| !self.is_in_group_with(other));
         let shifts = others.map(|other| other.settled_shift(scenario)).filter(|shift| baseline.length(*shift) > 0.0);
         shifts.map(|shift| baseline.sine_between(own, shift)).fold(1.0, f64::min)
     }

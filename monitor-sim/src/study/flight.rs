@@ -177,7 +177,8 @@ mod tests {
 
     #[test]
     fn delay_clear_time_and_name_are_those_of_the_samples() {
-        let right = |index| index >= 16;
+        // Right at once, by luck, then wrong while the loop moves.
+        let right = |index| index == 12 || index >= 16;
         let name = |index| Some(if right(index) { Name::SpeedSensor } else { Name::LoadTorque });
         let found = outcome(|index| said((12..34).contains(&index), name(index)));
         // Named from one second after 12 on: 13 to 29, of which 16 to 29 are right.

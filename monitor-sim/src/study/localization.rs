@@ -43,6 +43,27 @@ pub struct Localization {
     pub sizes: Vec<f64>,
     /// How far the constants that the monitor is told may be off, as a share.
     pub constants_off: f64,
+    /// Which faults there are, for the plant and for what counts as isolable.
+    pub faults: Faults,
+}
+
+/// The faults that a motor may have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub enum Faults {
+    /// The paper's three: load torque, speed sensor, current sensor
+    Paper,
+    /// Those, and armature resistance, torque constant, voltage actuator, load inertia
+    All,
+}
+
+impl Faults {
+    const fn culprits(self) -> &'static [Culprit] {
+        match self {
+            Self::Paper => Culprit::papers(),
+            Self::All => &Culprit::ALL,
+        }
+    }
 }
 
 /// One motor.
@@ -89,7 +110,7 @@ impl Localization {
         let plant = Plant::exponential(&scenario, seed_of(rig.motor_seed, purpose::FLIGHT, flight));
         let mut watch = self.mode.watch(&rig.known, &rig.limits)?;
         let (outcome, steps) = outcome(plant, watch.as_mut(), Name::of(culprit.point), FAULT_S, scenario.rate_hz());
-        let apart = sigmas * culprit.isolation(rig.scenario, &rig.baseline);
+        let apart = sigmas * culprit.isolation(self.faults.culprits(), rig.scenario, &rig.baseline);
         Ok((Case { amplitude, sigmas, apart, outcome }, steps))
     }
 
@@ -97,14 +118,15 @@ impl Localization {
     fn isolable(&self, units: &[MotorCases]) -> (TextTable, Value) {
         let cases = |faults: usize| {
             let of = |motor: &MotorCases| {
-                let culprits = Culprit::ALL.iter().flat_map(|culprit| self.sizes.iter().map(move |_| culprit));
+                let culprits =
+                    self.faults.culprits().iter().flat_map(|culprit| self.sizes.iter().map(move |_| culprit));
                 let cases = culprits.zip(motor.cases.clone()).take(faults * self.sizes.len());
                 cases.filter(|(_, case)| case.apart >= ISOLABLE_SIGMAS && case.outcome.detected_s.is_some()).collect()
             };
             let cases: Vec<(&Culprit, Case)> = units.iter().flat_map(|motor| -> Vec<_> { of(motor) }).collect();
             (cases.len(), cases.iter().filter(|(culprit, case)| is_group_right(culprit, &case.outcome)).count())
         };
-        let ((all, right), (papers, papers_right)) = (cases(Culprit::ALL.len()), cases(3));
+        let ((all, right), (papers, papers_right)) = (cases(Culprit::ALL.len()), cases(Culprit::papers().len()));
         let mut table = TextTable::new(
             format!("Detected cases with {ISOLABLE_SIGMAS} sigma or more that looks like no other fault"),
             ["faults", "cases", "right group, %"],
@@ -146,7 +168,8 @@ impl Study for Localization {
         let known = Known::of(&scenario).off_by(self.wrong_by(motor_seed));
         let mut steps = calibration_steps(&limits, &self.asked, &scenario);
         let rig = Rig { scenario: &scenario, known, limits, baseline, motor_seed };
-        let flights = Culprit::ALL.iter().flat_map(|culprit| self.sizes.iter().map(move |size| (culprit, *size)));
+        let flights =
+            self.faults.culprits().iter().flat_map(|culprit| self.sizes.iter().map(move |size| (culprit, *size)));
         let mut cases = Vec::new();
         for (flight, (culprit, size)) in (0..).zip(flights) {
             let (case, flown) = self.case(&rig, culprit, size, flight)?;
@@ -163,7 +186,7 @@ impl Study for Localization {
             ["fault", "sigmas", "flights", "detected, %", "apart", "right, %", "group, %", "stands, %", "delay, s"],
         );
         let mut rows = Vec::new();
-        for (n, culprit) in Culprit::ALL.iter().enumerate() {
+        for (n, culprit) in self.faults.culprits().iter().enumerate() {
             for (k, size) in self.sizes.iter().enumerate() {
                 let cases: Vec<&Case> =
                     units.iter().filter_map(|motor| motor.cases.get(n * self.sizes.len() + k)).collect();
@@ -172,7 +195,7 @@ impl Study for Localization {
                 sizes.rows.push(row.cells(culprit, *size));
             }
         }
-        let confusions = Culprit::ALL.iter().enumerate().map(|(n, culprit)| {
+        let confusions = self.faults.culprits().iter().enumerate().map(|(n, culprit)| {
             let of_fault = |motor: &MotorCases| {
                 let cases = motor.cases.iter().skip(n * self.sizes.len()).take(self.sizes.len());
                 cases.map(|case| case.outcome).collect::<Vec<_>>()
@@ -301,4 +324,41 @@ fn confusion_table(confusions: &[(&Culprit, Confusion)]) -> TextTable {
         table.rows.push(std::iter::once(first).chain(counts).collect());
     }
     table
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_flight_is_named_nameless_missed_or_under_an_alarm_before_its_fault() {
+        let outcome =
+            |early, detected_s, named| Outcome { early, detected_s, cleared_s: None, named, right_share: None };
+        let outcomes = [
+            outcome(true, None, None),
+            outcome(false, None, None),
+            outcome(false, Some(0.1), None),
+            outcome(false, Some(0.1), Some(Name::SpeedSensor)),
+        ];
+        let confusion = Confusion::of(outcomes.into_iter());
+        let counts =
+            [confusion.early, confusion.missed, confusion.nameless, confusion.named[Name::SpeedSensor as usize]];
+        assert_eq!((counts, confusion.named.iter().sum::<usize>()), ([1; 4], 1));
+    }
+
+    #[test]
+    fn resistance_and_supply_are_one_group_and_either_name_is_right() {
+        let named = |name| Outcome {
+            early: false,
+            detected_s: Some(0.1),
+            cleared_s: None,
+            named: Some(name),
+            right_share: None,
+        };
+        let [f1, _, _, resistance, ..] = &Culprit::ALL;
+        assert!(is_group_right(resistance, &named(Name::VoltageActuator)));
+        assert!(is_group_right(resistance, &named(Name::ArmatureResistance)));
+        assert!(!is_group_right(resistance, &named(Name::SpeedSensor)));
+        assert!(!is_group_right(f1, &named(Name::LoadInertia)));
+    }
 }

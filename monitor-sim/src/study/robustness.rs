@@ -31,9 +31,6 @@ const FAULT_S: [f64; 2] = [17.5, 27.5];
 /// How large a spike is, sigmas of its sensor: beyond anything that noise does.
 const SPIKE_SIGMAS: f64 = 20.0;
 
-/// The paper's faults come first.
-const PAPERS: usize = 3;
-
 const SENSORS: [FaultPoint; 3] = [FaultPoint::SpeedSensor, FaultPoint::CurrentSensor, FaultPoint::VoltageSensor];
 
 /// What is worse than assumed.
@@ -212,7 +209,7 @@ impl Rig<'_> {
             (alarms, steps)
         })?;
         let mut faults = Vec::new();
-        for (n, culprit) in (1..).zip(&Culprit::ALL[..PAPERS]) {
+        for (n, culprit) in (1..).zip(Culprit::papers()) {
             let (amplitude, _) = culprit.amplitude(&self.scenario, &self.baseline, self.study.size);
             let [start_s, end_s] = FAULT_S;
             let fault = culprit.fault(amplitude, FaultProfile::Step, start_s, end_s);
@@ -328,7 +325,7 @@ impl TrialRow {
             judged_share: hours * 3600.0 / (study.healthy_s * trials.len() as f64),
             hours,
             alarms: trials.iter().map(|(_, trial)| trial.alarms.begun).sum(),
-            faults: (0..PAPERS).map(fault).collect(),
+            faults: (0..Culprit::papers().len()).map(fault).collect(),
             delay_s: Spread::of(delays),
         }
     }

@@ -132,6 +132,12 @@ fn every_flight_of_every_fault_is_counted_once_in_the_confusion_table() {
     // A current sensor that is far off moves nothing but its own reading: the paper's table names it.
     let large = of("size").into_iter().find(|row| row["fault"] == "F3" && row["asked_sigmas"] == 32.0).unwrap();
     assert_eq!((&large["detected"], &large["named_right"]), (&3.into(), &3.into()), "{large}");
+    // Without other candidates more of a shift is its own.
+    let papers = Desk::new().json(&format!("{arguments} --faults paper"), 0);
+    let papers = papers["rows"].as_array().unwrap();
+    let papers_large = papers.iter().find(|row| row["fault"] == "F3" && row["asked_sigmas"] == 32.0).unwrap();
+    let apart = |row: &serde_json::Value| row["apart_sigmas"]["median"].as_f64().unwrap();
+    assert!(papers.len() == 3 * 2 + 3 + 1 && apart(papers_large) >= apart(large), "{papers_large}");
     assert_keys(large, &["seed", "flights", "sigmas", "apart_sigmas", "named_right_group", "right_name_stands"]);
 }
 
