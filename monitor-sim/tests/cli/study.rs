@@ -178,3 +178,16 @@ fn the_speed_of_plant_and_monitor_is_measured() {
         assert!(row["steps_per_s_and_thread"].as_f64().unwrap() > 1e3, "{row}");
     }
 }
+
+#[test]
+fn the_ramp_table_of_the_readme_is_what_the_command_prints() {
+    const README: &str = include_str!("../../../README.md");
+    let words = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ");
+    let readme: Vec<String> = README.lines().map(words).collect();
+    let printed = String::from_utf8(stdout(&Desk::new(), "study ramp")).unwrap();
+    let rows: Vec<String> = printed.lines().filter(|line| line.contains(" 20 ")).map(words).collect();
+    assert_eq!(rows.len(), 7, "{printed}");
+    for row in rows {
+        assert!(readme.contains(&row), "not in the README:\n{row}");
+    }
+}
