@@ -5,6 +5,7 @@
 //! [`ledger`] need not be flown again. What depends on the clock is kept apart from the result.
 
 pub mod watch;
+mod guard_watch;
 mod paper_watch;
 pub mod calibrate;
 pub mod flight;

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::StudyError;
 use super::calibrate::{Asked, calibrate};
+use super::guard_watch::GuardWatch;
 use super::paper_watch::PaperWatch;
 use crate::fault::FaultPoint;
 use crate::names::ByModel;
@@ -186,6 +187,8 @@ pub struct Limits {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum Mode {
+    /// Small faults, limits from the false alarms that are asked for
+    Guard,
     /// The method of the paper, with thresholds from fault-free runs
     Paper,
 }
@@ -200,6 +203,7 @@ impl Mode {
         I: Iterator<Item = PlantSample>,
     {
         match self {
+            Self::Guard => Ok(Limits { asked_per_hour: asked.false_alarms_per_hour, thresholds: None }),
             Self::Paper => calibrate(known, asked, source),
         }
     }
@@ -210,6 +214,7 @@ impl Mode {
     /// [`StudyError`] when the monitor refuses its settings.
     pub fn watch(self, known: &Known, limits: &Limits) -> Result<Box<dyn Watch>, StudyError> {
         match self {
+            Self::Guard => Ok(Box::new(GuardWatch::new(known, limits)?)),
             Self::Paper => Ok(Box::new(PaperWatch::new(known, limits)?)),
         }
     }
