@@ -3,7 +3,8 @@
 use nalgebra::SVector;
 
 use crate::pca::Pca;
-use crate::root::{reciprocal_sqrt, square_root};
+use crate::root::square_root;
+use crate::triangle::Triangle;
 
 /// Smallest eigenvalue a retained component is divided by, of a total of `N`: below it the variance is rounding of
 /// the correlation matrix (N eps), and dividing by it would judge samples by that rounding.
@@ -12,16 +13,15 @@ const EIGENVALUE_FLOOR: f32 = 16.0 * f32::EPSILON;
 /// A model of `N` channels: a PCA, and the triangle that turns a deviation from the mean into T2.
 ///
 /// With P the retained loadings, D their variances and S the sigmas, (1.6) is T2 = |W d|^2 with W = c D^(-1/2) P' S^(-1) and
-/// c^2 the scale, so no inverse, no division and no standardization are left per sample. W = Q U with Q orthonormal and U
-/// upper triangular, and Q does not change a length: T2 = |U d|^2 costs half the products. U has a row of zeros for
-/// every component that is not retained, so the work does not depend on how many are.
+/// c^2 the scale, so no inverse, no division and no standardization are left per sample. A triangle U has the same lengths
+/// at half the products: T2 = |U d|^2. W has a row of zeros for every component that is not retained, so the work does not
+/// depend on how many are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Model<const N: usize> {
     pca: Pca<N>,
     /// c^2.
     scale: f32,
-    /// U, row by row.
-    triangle: [[f32; N]; N],
+    triangle: Triangle<N>,
 }
 
 impl<const N: usize> Model<N> {
@@ -36,8 +36,7 @@ impl<const N: usize> Model<N> {
                 *cell = weight * *cell / s; // (1.7): the division by sigma
             }
         }
-        triangulate(&mut rows);
-        Model { pca, scale, triangle: rows }
+        Model { pca, scale, triangle: Triangle::of_rows(rows) }
     }
 
     /// The PCA behind the model.
@@ -51,19 +50,7 @@ impl<const N: usize> Model<N> {
     #[inline(always)]
     #[must_use]
     pub fn t2(&self, deviation: [f32; N]) -> f32 {
-        // All products, then all sums: a floating-point result can be used only after a cycle. Sums begin at -0.0, the one
-        // number that added to any other leaves it as it is, so no instruction is spent on it.
-        let mut products = [[-0.0; N]; N];
-        for (k, (products, row)) in products.iter_mut().zip(&self.triangle).enumerate() {
-            for (j, (product, (u, d))) in products.iter_mut().zip(row.iter().zip(deviation)).enumerate() {
-                if j >= k {
-                    *product = u * d;
-                }
-            }
-        }
-        let squares =
-            products.map(|row| row.iter().fold(-0.0, |sum, product| sum + product)).map(|score| score * score);
-        squares.iter().fold(-0.0, |sum, square| sum + square) // (1.6)
+        self.triangle.square_of(deviation) // (1.6)
     }
 
     /// What each channel contributes to the T2 of a standardized deviation z (1.7). The contributions are not negative
@@ -92,41 +79,11 @@ fn weights<const N: usize>(pca: &Pca<N>, scale: f32) -> [f32; N] {
     weights
 }
 
-/// Turns `rows` into an upper triangle with the same lengths |rows d| for every d, by rotations of two rows (Givens).
-fn triangulate<const N: usize>(rows: &mut [[f32; N]; N]) {
-    for column in 0..N {
-        for below in column + 1..N {
-            let (upper, lower) = rows.split_at_mut(below);
-            if let (Some(upper), Some(lower)) = (upper.get_mut(column), lower.first_mut()) {
-                rotate(upper, lower, column);
-            }
-        }
-    }
-}
-
 // Slices, and never inlined: once in flash for models of two and of three channels, where time is not dear.
-
 #[inline(never)]
 fn fill_weights(weights: &mut [f32], variances: &[f32], retained: usize, scale: f32) {
     for (weight, variance) in weights.iter_mut().zip(variances).take(retained) {
         *weight = square_root(scale / variance.max(EIGENVALUE_FLOOR));
-    }
-}
-
-/// Rotates two rows so that `lower` becomes zero in a column.
-#[inline(never)]
-fn rotate(upper: &mut [f32], lower: &mut [f32], column: usize) {
-    let (Some(p), Some(q)) = (upper.get(column).copied(), lower.get(column).copied()) else { return };
-    let larger = f32::max(p.abs(), q.abs());
-    // Where both are zero there is nothing to rotate.
-    let (p, q) = if larger > 0.0 { (p / larger, q / larger) } else { (1.0, 0.0) };
-    let per_length = reciprocal_sqrt(p * p + q * q);
-    let (cos, sin) = (p * per_length, q * per_length);
-    for (a, b) in upper.iter_mut().zip(lower.iter_mut()) {
-        (*a, *b) = (cos * *a + sin * *b, cos * *b - sin * *a);
-    }
-    if let Some(cell) = lower.get_mut(column) {
-        *cell = 0.0;
     }
 }
 
@@ -171,9 +128,6 @@ mod tests {
     fn models_of_any_rank_measure_the_same_length_by_their_triangle_as_by_their_components() {
         for share in [0.3, 0.8, 1.0] {
             let model = model([0.6, 0.5, 0.4], [2.0, 0.5, 1.0], 15_000, share);
-            let [first, second, third] = model.triangle;
-            assert_eq!([second[0], third[0], third[1]], [0.0; 3], "upper triangle");
-            assert!(first[0].abs() > 0.0);
             for z in [[1.0, 0.0, 0.0], [0.3, -2.0, 0.7], [5.0, 5.0, -5.0_f32]] {
                 let components = model.pca().loadings().column_iter().zip(weights(model.pca(), model.scale));
                 let exact: f32 = components

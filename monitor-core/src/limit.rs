@@ -9,6 +9,10 @@
 
 use crate::quantile::{QuantileError, upper_f};
 
+mod smoothed;
+
+pub use smoothed::smoothed_t2_limit;
+
 /// Why a limit was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -28,7 +32,7 @@ pub enum LimitError {
     AutocorrelationFactor,
     /// The cutoff must lie above zero and at or below a twentieth of the sampling rate.
     Cutoff,
-    /// The interval between false alarms must be finite and at least ten times the reciprocal of the cutoff.
+    /// The interval between false alarms must be finite, and many times what the filter takes to forget.
     FalseAlarmInterval,
     /// The filter must average over at least four degrees of freedom: a lower cutoff, or a statistic that scatters less.
     DegreesOfFreedom,

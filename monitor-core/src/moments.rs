@@ -42,6 +42,11 @@ pub enum LearnError {
     ConstantChannel(Channel),
     /// A channel brought a sample that is not finite, or so large that its square is not.
     NonFinite(Channel),
+    /// Too many samples had to be clipped: what was clipped is not the exception.
+    Clipped,
+    /// This channel's mean moved from the first half of the window to the second: the motor had not settled, or something
+    /// is going on.
+    Drifting(Channel),
     /// The window has no PCA.
     Pca(PcaError),
 }
@@ -252,6 +257,15 @@ impl<const N: usize> Moments<N> {
         (self.slots, self.held) = (0, 0);
     }
 
+    /// Mean of the window so far; of an empty one, where it is expected.
+    pub(crate) fn mean(&self) -> [f32; N] {
+        let mut mean = self.shift;
+        for (m, sum) in mean.iter_mut().zip(self.sums.first) {
+            *m += sum.value() / self.weight().max(1.0);
+        }
+        mean
+    }
+
     /// Mean and covariance of the window so far.
     ///
     /// # Errors
@@ -263,13 +277,7 @@ impl<const N: usize> Moments<N> {
         }
         let first = self.sums.first.map(Sum::value);
         let n = self.weight();
-        let mean: [f32; N] = {
-            let mut mean = self.shift;
-            for (m, sum) in mean.iter_mut().zip(first) {
-                *m += sum / n;
-            }
-            mean
-        };
+        let mean = self.mean();
         let (per_n, per_n_less_one) = (1.0 / n, 1.0 / (n - 1.0));
         let mut lower = self.sums.second.map(|row| row.map(Sum::value));
         for (row, s_i) in lower.iter_mut().zip(first) {

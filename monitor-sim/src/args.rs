@@ -1,5 +1,7 @@
 //! The command line: what can be asked for, in the user's words.
 
+pub(crate) mod study;
+
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -17,6 +19,7 @@ Examples:
   monitor-sim --json | jq .faults             the tables for machines
   monitor-sim scenario > my.toml              a scenario to edit
   monitor-sim tune --out limits.toml          find thresholds by borderline runs
+  monitor-sim study false-alarms --hours 10   count false alarms over random motors
   monitor-sim replay log.csv --speed rpm --current amps --voltage volts \\
       --rate-hz 50 --learn 5s..20s            find faults in a recorded log
 
@@ -72,6 +75,9 @@ pub(crate) enum Command {
     /// Find thresholds for a motor by borderline fault-free and faulty runs
     #[command(after_help = TUNE_EXAMPLES)]
     Tune(TuneArgs),
+    /// Fly many missions over random seeds, faults and motors, and count
+    #[command(after_help = study::EXAMPLES)]
+    Study(study::StudyArgs),
     /// Print the default scenario, to be edited and given to --scenario
     #[command(after_help = SCENARIO_EXAMPLES)]
     Scenario,

@@ -1,6 +1,13 @@
-//! Faults of the paper's section III.A, injected where its figure 2 injects them: at the load torque, at the speed
-//! sensor, at the current sensor. Sensor faults are inside the loop: the controllers act on the faulty reading.
+//! Faults as data. Those of the paper's section III.A are injected where its figure 2 injects them: at the load torque, at
+//! the speed sensor, at the current sensor. Beyond the paper: constants of the motor that change, the voltage actuator,
+//! the voltage sensor, and what happens to readings (stuck, coarse, spikes, slots without a sample). Faults of speed and
+//! current sensor are inside the loop: the controllers act on the faulty reading.
 
+mod acting;
+
+pub use acting::{ActingFaults, Actions};
+
+use crate::noise::quantize;
 use serde::{Deserialize, Serialize};
 
 /// Where a fault enters the loop.
@@ -14,6 +21,45 @@ pub enum FaultPoint {
     SpeedSensor,
     /// Armature current sensor, A.
     CurrentSensor,
+    /// Armature voltage sensor, V. Outside of the loop.
+    VoltageSensor,
+    /// Supply or power stage, V: between the voltage that the current controller asks for, which is the one that is
+    /// read (figure 2), and the one that the armature gets.
+    VoltageActuator,
+    /// Inertia of everything that turns, kg m^2. What comes or goes has the shaft's speed: no impulse with it.
+    LoadInertia,
+    /// Armature resistance, ohm: winding, brushes, connector. The inductance stays.
+    ArmatureResistance,
+    /// Torque constant, N m/A, and with it the speed constant: loss of the magnet.
+    TorqueConstant,
+    /// The sampling of all channels: slots without a sample for the monitor. The drive still has its readings.
+    Sampling,
+}
+
+impl FaultPoint {
+    /// How many there are.
+    pub const COUNT: usize = 9;
+
+    /// Whether a reading is what the fault changes.
+    #[must_use]
+    pub const fn is_sensor(self) -> bool {
+        matches!(self, Self::SpeedSensor | Self::CurrentSensor | Self::VoltageSensor)
+    }
+
+    /// Unit of what is there.
+    #[must_use]
+    pub const fn unit(self) -> &'static str {
+        match self {
+            Self::LoadTorque => "N m",
+            Self::SpeedSensor => "rad/s",
+            Self::CurrentSensor => "A",
+            Self::VoltageSensor | Self::VoltageActuator => "V",
+            Self::LoadInertia => "kg m^2",
+            Self::ArmatureResistance => "ohm",
+            Self::TorqueConstant => "N m/A",
+            Self::Sampling => "1",
+        }
+    }
 }
 
 /// How a fault changes the signal at its point.
@@ -24,6 +70,21 @@ pub enum FaultKind {
     Offset,
     /// Multiplies the signal by 1 + value (the paper's conclusion mentions multiplicative faults).
     Gain,
+    /// A sensor that repeats its last reading; the value is the probability of that, anew in each control period: 1 is
+    /// a sensor that has died.
+    Stuck,
+    /// A sensor whose readings are rounded to multiples of the value.
+    Coarse,
+    /// No sample in a slot; the value is the probability of that, anew in each control period. At the sampling only.
+    Missing,
+}
+
+impl FaultKind {
+    /// Whether the value is a probability.
+    #[must_use]
+    pub const fn is_chance(self) -> bool {
+        matches!(self, Self::Stuck | Self::Missing)
+    }
 }
 
 /// How a fault's value moves from its start to its end.
@@ -56,6 +117,18 @@ pub struct Fault {
     pub start_s: f64,
     /// First instant without it, s: the interval is half-open.
     pub end_s: f64,
+    /// Probability that the fault acts, anew in each control period. Default 1. An offset that acts seldom makes spikes,
+    /// a gain an intermittent contact.
+    #[serde(default = "always", skip_serializing_if = "is_always")]
+    pub share: f64,
+}
+
+fn always() -> f64 {
+    1.0
+}
+
+fn is_always(share: &f64) -> bool {
+    *share == 1.0
 }
 
 impl Fault {
@@ -77,47 +150,57 @@ impl Fault {
         self.start_s <= t_s && t_s < self.end_s
     }
 
-    /// Unit of the amplitude and of [`value`](Self::value); "1" for a gain.
+    /// Unit of the amplitude and of [`value`](Self::value); "1" for a gain and for a probability.
     #[must_use]
     pub fn unit(&self) -> &'static str {
-        match (self.kind, self.point) {
-            (FaultKind::Gain, _) => "1",
-            (FaultKind::Offset, FaultPoint::LoadTorque) => "N m",
-            (FaultKind::Offset, FaultPoint::SpeedSensor) => "rad/s",
-            (FaultKind::Offset, FaultPoint::CurrentSensor) => "A",
+        match self.kind {
+            FaultKind::Gain | FaultKind::Stuck | FaultKind::Missing => "1",
+            FaultKind::Offset | FaultKind::Coarse => self.point.unit(),
         }
     }
 }
 
-/// The sum of all faults at one point at one instant: `signal * factor + offset`.
+/// All faults at one point at one instant: `signal * factor + offset`, rounded, or the reading before.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Injection {
     /// 1 plus the values of all gain faults.
     pub factor: f64,
     /// Sum of the values of all offset faults, in the point's unit.
     pub offset: f64,
+    /// Coarsest step, in the point's unit; 0 is none.
+    pub step: f64,
+    /// The reading before is repeated.
+    pub stuck: bool,
 }
 
 impl Injection {
     /// No fault.
-    pub const NONE: Self = Self { factor: 1.0, offset: 0.0 };
+    pub const NONE: Self = Self { factor: 1.0, offset: 0.0, step: 0.0, stuck: false };
 
-    /// What `faults` do together at `point` at `t_s` seconds.
+    /// This and one more fault of `kind` with `value`.
     #[must_use]
-    pub fn at(faults: &[Fault], point: FaultPoint, t_s: f64) -> Self {
-        faults.iter().filter(|fault| fault.point == point).fold(Self::NONE, |sum, fault| {
-            let value = fault.value(t_s);
-            match fault.kind {
-                FaultKind::Offset => Self { offset: sum.offset + value, ..sum },
-                FaultKind::Gain => Self { factor: sum.factor + value, ..sum },
-            }
-        })
+    fn and(self, kind: FaultKind, value: f64) -> Self {
+        match kind {
+            FaultKind::Offset => Self { offset: self.offset + value, ..self },
+            FaultKind::Gain => Self { factor: self.factor + value, ..self },
+            FaultKind::Coarse => Self { step: self.step.max(value), ..self },
+            FaultKind::Stuck => Self { stuck: true, ..self },
+            FaultKind::Missing => self,
+        }
     }
 
-    /// The faulty signal.
+    /// The faulty signal, but for being stuck.
     #[must_use]
     pub fn apply(&self, signal: f64) -> f64 {
-        signal * self.factor + self.offset
+        quantize(signal * self.factor + self.offset, self.step)
+    }
+
+    /// The `reading`, or the one before (`last`) if stuck. Remembers it in `last`.
+    pub fn hold(&self, reading: f64, last: &mut f64) -> f64 {
+        if !self.stuck {
+            *last = reading;
+        }
+        *last
     }
 }
 
@@ -136,6 +219,7 @@ mod tests {
             amplitude: 8.0,
             start_s: 60.0,
             end_s: 80.0,
+            share: 1.0,
         }
     }
 
@@ -162,7 +246,7 @@ mod tests {
     fn offsets_add_and_gains_multiply_by_one_plus_their_value() {
         let offset = fault(FaultKind::Offset, FaultProfile::Step);
         let gain = Fault { amplitude: 0.5, ..fault(FaultKind::Gain, FaultProfile::Step) };
-        let at = |faults: &[Fault], t| Injection::at(faults, FaultPoint::SpeedSensor, t).apply(100.0);
+        let at = |faults: &[Fault], t| ActingFaults::new(1, faults).at(t).on(FaultPoint::SpeedSensor).apply(100.0);
         assert_eq!(at(std::slice::from_ref(&offset), 70.0), 108.0);
         assert_eq!(at(std::slice::from_ref(&gain), 70.0), 150.0);
         assert_eq!(at(&[offset.clone(), gain.clone(), offset.clone()], 70.0), 166.0);
@@ -172,8 +256,9 @@ mod tests {
     #[test]
     fn a_fault_acts_at_its_own_point_only() {
         let faults = [fault(FaultKind::Offset, FaultProfile::Step)];
-        assert_eq!(Injection::at(&faults, FaultPoint::LoadTorque, 70.0), Injection::NONE);
-        assert_eq!(Injection::at(&faults, FaultPoint::CurrentSensor, 70.0), Injection::NONE);
+        let mut acting = ActingFaults::new(1, &faults);
+        assert_eq!(*acting.at(70.0).on(FaultPoint::LoadTorque), Injection::NONE);
+        assert_eq!(*acting.at(70.0).on(FaultPoint::CurrentSensor), Injection::NONE);
     }
 
     #[test]
@@ -183,6 +268,9 @@ mod tests {
         assert_eq!(unit(FaultPoint::SpeedSensor, FaultKind::Offset), "rad/s");
         assert_eq!(unit(FaultPoint::CurrentSensor, FaultKind::Offset), "A");
         assert_eq!(unit(FaultPoint::LoadTorque, FaultKind::Gain), "1");
+        assert_eq!(unit(FaultPoint::ArmatureResistance, FaultKind::Offset), "ohm");
+        assert_eq!(unit(FaultPoint::VoltageSensor, FaultKind::Coarse), "V");
+        assert_eq!(unit(FaultPoint::VoltageSensor, FaultKind::Stuck), "1");
     }
 
     proptest! {

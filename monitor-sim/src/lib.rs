@@ -3,10 +3,12 @@
 // The plant.
 pub mod noise;
 pub mod motor;
+pub mod exponential;
 pub mod controller;
 pub mod fault;
 pub mod scenario;
 pub mod plant;
+pub mod random_motor;
 // Recorded logs.
 pub mod log;
 pub mod inject;
@@ -29,5 +31,6 @@ pub mod output;
 pub mod mission;
 pub mod replay;
 pub mod tune;
+pub mod study;
 pub mod mission_page;
 pub mod replay_page;

@@ -2,6 +2,7 @@
 
 mod args;
 mod print;
+mod study_command;
 
 use std::io::{IsTerminal, Write};
 use std::path::Path;
@@ -32,6 +33,7 @@ fn main() -> ExitCode {
         None => fly(&cli.mission),
         Some(Command::Replay(args)) => replay(&args),
         Some(Command::Tune(args)) => tune(&args),
+        Some(Command::Study(args)) => study_command::run(&args),
         Some(Command::Scenario) => print_all(monitor_sim::scenario::FIGURE_1_TOML),
     };
     done.unwrap_or_else(|failure| {
@@ -178,7 +180,11 @@ fn progress(length: Option<u64>, unit: &str) -> ProgressBar {
     let target =
         if std::io::stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
     let bar = ProgressBar::with_draw_target(length, target);
-    let counts = if unit == "bytes" { "{bytes}/{total_bytes}" } else { "{human_pos}/{human_len} samples" };
+    let counts = if unit == "bytes" {
+        "{bytes}/{total_bytes}".to_owned()
+    } else {
+        format!("{{human_pos}}/{{human_len}} {unit}")
+    };
     if let Ok(style) = ProgressStyle::with_template(&format!("{{wide_bar}} {counts}, {{eta}} left")) {
         bar.set_style(style);
     }

@@ -6,7 +6,8 @@ use std::time::Instant;
 use monitor_core::event::Event;
 use monitor_core::sample::Sample;
 use monitor_core::units::{Amperes, RadPerSec, Volts};
-use monitor_core::{Baseline, EventLog, Monitor, Phase};
+use monitor_core::verdict::Absence;
+use monitor_core::{Baseline, EventLog, Monitor, Phase, Verdict};
 use serde::Serialize;
 
 use crate::fault::Fault;
@@ -89,7 +90,7 @@ pub fn fly(
     let mut baseline = None;
     let mut index = 0;
     for measured in Plant::new(scenario, seed) {
-        let verdict = *monitor.step(RadPerSec(measured.set_point as f32), sample(&measured));
+        let verdict = *give(&mut monitor, &measured);
         log.observe(&verdict);
         events.extend(std::iter::from_fn(|| log.pop()));
         if verdict.phase() == Phase::ModelDue {
@@ -98,7 +99,7 @@ pub fn fly(
                 .map_err(|error| MissionError::Learning(ChannelNames::motor().explain_learning(error)))?;
             baseline = baseline.or(monitor.baseline().copied());
         }
-        let x = [measured.speed, measured.armature_current, measured.armature_voltage];
+        let x = measured.channels();
         recording.push(index, measured.set_point, x, &verdict);
         if let Some(trace) = &mut trace {
             let set_point = Some(measured.set_point);
@@ -118,6 +119,14 @@ pub fn fly(
         score,
         events,
     })
+}
+
+/// Gives a monitor what the plant measured, or a slot without a sample.
+pub(crate) fn give<'a>(monitor: &'a mut Monitor, measured: &PlantSample) -> &'a Verdict {
+    if measured.missing {
+        return monitor.skip(Absence::Missing);
+    }
+    monitor.step(RadPerSec(measured.set_point as f32), sample(measured))
 }
 
 /// A measurement as the core takes it.

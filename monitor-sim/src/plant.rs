@@ -1,8 +1,9 @@
 //! The whole of the paper's figure 2, run: set point, cascade, motor, sensors, and faults where they enter.
 
 use crate::controller::{Cascade, CascadeState};
-use crate::fault::{Fault, FaultPoint, Injection};
-use crate::motor::{Load, Motor, MotorState};
+use crate::exponential::ExponentialMotor;
+use crate::fault::{ActingFaults, Actions, FaultPoint, Injection};
+use crate::motor::{Load, Motor, MotorParameters, MotorState};
 use crate::noise::{GaussMarkov, Sensor, Stream};
 use crate::scenario::{Scenario, SetPoint, Start, set_point_at};
 
@@ -19,6 +20,16 @@ pub struct PlantSample {
     pub armature_current: f64,
     /// Armature voltage (output of the current controller), V.
     pub armature_voltage: f64,
+    /// The monitor gets no sample in this slot: a fault of the sampling. The readings are those of the drive.
+    pub missing: bool,
+}
+
+impl PlantSample {
+    /// Speed (rad/s), armature current (A), armature voltage (V).
+    #[must_use]
+    pub fn channels(&self) -> [f64; 3] {
+        [self.speed, self.armature_current, self.armature_voltage]
+    }
 }
 
 /// What no sensor shows: the true values at the instant of a sample.
@@ -43,13 +54,17 @@ pub struct TrueState {
 pub struct Plant {
     cascade: Cascade,
     motor: Motor,
+    /// Takes the place of `motor` in long studies.
+    exponential: Option<ExponentialMotor>,
+    parameters: MotorParameters,
     load: Load,
     set_points: Vec<SetPoint>,
-    faults: Vec<Fault>,
+    faults: ActingFaults,
     control_rate_hz: f64,
     record_every: u32,
 
-    turbulence: GaussMarkov,
+    /// None where there is none: a draw costs as much as a sensor's.
+    turbulence: Option<GaussMarkov>,
     speed_sensor: Sensor,
     current_sensor: Sensor,
     voltage_sensor: Sensor,
@@ -58,6 +73,10 @@ pub struct Plant {
     /// Held from one control period to the next.
     armature_voltage: f64,
     held_load: Load,
+    /// The motor of this period, if its constants are not those it was designed for.
+    faulty_motor: Option<Motor>,
+    /// Last readings: speed, current, voltage.
+    last: [f64; 3],
     /// Control periods begun.
     period: u64,
     samples_left: usize,
@@ -82,18 +101,17 @@ impl Plant {
         Self {
             cascade: Cascade::new(&scenario.controller, &scenario.motor, period_s),
             motor: Motor::new(&scenario.motor, period_s),
+            exponential: None,
+            parameters: scenario.motor,
             load: load.mean(),
             set_points: scenario.set_points.clone(),
-            faults: scenario.faults.clone(),
+            faults: ActingFaults::new(seed, &scenario.faults),
             control_rate_hz: scenario.control_rate_hz,
             record_every: scenario.record_every,
-            turbulence: GaussMarkov::new(
-                seed,
-                Stream::Turbulence,
-                load.turbulence_sigma_nm,
-                load.turbulence_bandwidth_hz,
-                period_s,
-            ),
+            turbulence: (load.turbulence_sigma_nm > 0.0).then(|| {
+                let (sigma, bandwidth_hz) = (load.turbulence_sigma_nm, load.turbulence_bandwidth_hz);
+                GaussMarkov::new(seed, Stream::Turbulence, sigma, bandwidth_hz, period_s)
+            }),
             speed_sensor: sensor(Stream::Speed, noise.speed_sigma_rad_per_s, noise.speed_step_rad_per_s),
             current_sensor: sensor(Stream::ArmatureCurrent, noise.current_sigma_a, noise.current_step_a),
             voltage_sensor: sensor(Stream::ArmatureVoltage, noise.voltage_sigma_v, noise.voltage_step_v),
@@ -101,9 +119,21 @@ impl Plant {
             motor_state,
             armature_voltage: 0.0,
             held_load: load.mean(),
+            faulty_motor: None,
+            last: [motor_state.speed, motor_state.armature_current, cascade_state.current.integral],
             period: 0,
             samples_left: (scenario.duration_s * scenario.rate_hz()).round() as usize,
         }
+    }
+
+    /// The same plant for long studies: the motor is solved over each control period at once
+    /// ([`ExponentialMotor`]) while its constants are healthy. Equal to [`new`](Self::new) but for the error of
+    /// integration of either.
+    #[must_use]
+    pub fn exponential(scenario: &Scenario, seed: u64) -> Self {
+        let (load, speed, period_s) = (scenario.load.mean(), scenario.set_point(0.0), 1.0 / scenario.control_rate_hz);
+        let motor = ExponentialMotor::new(&scenario.motor, &load, speed, period_s);
+        Self { exponential: Some(motor), ..Self::new(scenario, seed) }
     }
 
     /// The true values at the instant of the sample returned last.
@@ -122,29 +152,40 @@ impl Plant {
         // The division keeps t exact where k periods are a whole number of seconds; a running sum would not.
         let t_s = self.period as f64 / self.control_rate_hz;
         self.period += 1;
-        let fault = |point| Injection::at(&self.faults, point, t_s);
-        let (on_load, on_speed, on_current) =
-            (fault(FaultPoint::LoadTorque), fault(FaultPoint::SpeedSensor), fault(FaultPoint::CurrentSensor));
+        let faults = self.faults.at(t_s);
         let MotorState { speed, armature_current } = self.motor_state;
+        let [last_speed, last_current, last_voltage] = &mut self.last;
+        let read = |sensor: &mut Sensor, truth, point, last| {
+            let fault = faults.on(point);
+            fault.hold(sensor.read(truth, |x| fault.apply(x)), last)
+        };
 
         let set_point = set_point_at(&self.set_points, t_s);
-        let speed = self.speed_sensor.read(speed, |x| on_speed.apply(x));
-        let current = self.current_sensor.read(armature_current, |x| on_current.apply(x));
-        let voltage = self.cascade.step(&mut self.cascade_state, set_point, speed, current);
-        self.armature_voltage = voltage;
-        self.held_load = faulty_load(&self.load, self.turbulence.draw(), &on_load);
+        let speed = read(&mut self.speed_sensor, speed, FaultPoint::SpeedSensor, last_speed);
+        let current = read(&mut self.current_sensor, armature_current, FaultPoint::CurrentSensor, last_current);
+        let wanted = self.cascade.step(&mut self.cascade_state, set_point, speed, current);
+        self.armature_voltage = faults.on(FaultPoint::VoltageActuator).apply(wanted);
+        let turbulence = self.turbulence.as_mut().map_or(0.0, GaussMarkov::draw);
+        self.held_load = faulty_load(&self.load, turbulence, faults.on(FaultPoint::LoadTorque));
+        self.faulty_motor = faulty_motor(&self.parameters, faults, 1.0 / self.control_rate_hz);
         PlantSample {
             t_s,
             set_point,
             speed,
             armature_current: current,
-            armature_voltage: self.voltage_sensor.read(voltage, |x| x),
+            armature_voltage: read(&mut self.voltage_sensor, wanted, FaultPoint::VoltageSensor, last_voltage),
+            missing: faults.missing,
         }
     }
 
     /// The motor moves on to the next control period.
     fn advance(&mut self) {
-        self.motor_state = self.motor.advance(self.motor_state, self.armature_voltage, &self.held_load);
+        let (x, voltage, load) = (self.motor_state, self.armature_voltage, &self.held_load);
+        self.motor_state = match (&self.faulty_motor, &self.exponential) {
+            (Some(faulty), _) => faulty.advance(x, voltage, load),
+            (None, Some(healthy)) => healthy.advance(x, voltage, load),
+            (None, None) => self.motor.advance(x, voltage, load),
+        };
     }
 }
 
@@ -182,4 +223,26 @@ fn faulty_load(load: &Load, turbulence: f64, fault: &Injection) -> Load {
         viscous_nm_s: fault.factor * load.viscous_nm_s,
         quadratic_nm_s2: fault.factor * load.quadratic_nm_s2,
     }
+}
+
+/// What overlapping faults leave of a constant at least, as a share of it: a motor without inertia or resistance has no
+/// equations.
+const LEAST_REMAINDER: f64 = 0.01;
+
+/// The motor with its constants as faults have changed them; none if they have not. Controllers keep the gains they were
+/// designed with.
+fn faulty_motor(healthy: &MotorParameters, faults: &Actions, period_s: f64) -> Option<Motor> {
+    use FaultPoint::{ArmatureResistance, LoadInertia, TorqueConstant};
+    if [ArmatureResistance, LoadInertia, TorqueConstant].iter().all(|point| *faults.on(*point) == Injection::NONE) {
+        return None;
+    }
+    let changed = |point, constant: f64| faults.on(point).apply(constant).max(LEAST_REMAINDER * constant);
+    let parameters = MotorParameters {
+        resistance_ohm: changed(ArmatureResistance, healthy.resistance_ohm),
+        inductance_h: healthy.inductance_h,
+        torque_constant_nm_per_a: changed(TorqueConstant, healthy.torque_constant_nm_per_a),
+        rotor_inertia_kg_m2: changed(LoadInertia, healthy.inertia_kg_m2()),
+        added_inertia_kg_m2: 0.0,
+    };
+    Some(Motor::new(&parameters, period_s))
 }

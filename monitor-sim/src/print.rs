@@ -8,6 +8,8 @@ use comfy_table::{LineStyle, TableStyle};
 use monitor_sim::mission::{Faults, Mission, MissionReport};
 use monitor_sim::replay::{ReplayReport, Replayed};
 use monitor_sim::score::Method;
+use monitor_sim::study::Report;
+use monitor_sim::study::white::RATE_HZ;
 use monitor_sim::tables::{self, TextTable};
 use monitor_sim::tune::{Tune, TuneReport};
 
@@ -95,7 +97,30 @@ pub(crate) fn tune(tune: &Tune, report: &TuneReport, settings: &str, file: Optio
     text
 }
 
-fn shown(table: TextTable) -> String {
+/// The tables of a study, and what they took.
+pub(crate) fn study(report: &Report, file: Option<&Path>) -> String {
+    let mut text = String::new();
+    report.tables.iter().for_each(|table| text += &shown(table.clone()));
+    let (steps, wall_s, threads) = (report.steps as f64, report.wall_s, report.threads);
+    let _ = write!(text, "{} units, {steps:.2e} control periods", report.units);
+    if report.resumed > 0 {
+        let _ = writeln!(text, ", {} units of them from the file of finished ones.", report.resumed);
+    } else {
+        let per_core = steps / wall_s / threads as f64;
+        // Every study flies at one rate.
+        let hours = steps / RATE_HZ / 3600.0 / wall_s;
+        let _ = writeln!(
+            text,
+            " in {wall_s:.1} s on {threads} threads: {per_core:.2e} per second and thread, {hours:.2} simulated hours a second."
+        );
+    }
+    if let Some(path) = file {
+        let _ = writeln!(text, "Written: {}", path.display());
+    }
+    text
+}
+
+pub(crate) fn shown(table: TextTable) -> String {
     let mut drawn = Table::new();
     // A line under the header is enough: numbers need no boxes.
     drawn.load_style(TableStyle::new().header_separator(LineStyle::none().fill('─').junction('─')));

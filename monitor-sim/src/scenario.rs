@@ -151,6 +151,7 @@ impl Scenario {
             start_s,
             // Both tables of the paper print 104.07 as the end of fault 3; see the TOML file for our reading.
             end_s: start_s + 20.0,
+            share: 1.0,
         };
         Self {
             name: "figure 1".to_owned(),

@@ -24,11 +24,11 @@ pub struct TextTable {
 }
 
 impl TextTable {
-    fn new<'a>(caption: impl Into<String>, header: impl IntoIterator<Item = &'a str>) -> Self {
+    pub(crate) fn new<'a>(caption: impl Into<String>, header: impl IntoIterator<Item = &'a str>) -> Self {
         TextTable { caption: caption.into(), header: header.into_iter().map(str::to_owned).collect(), rows: Vec::new() }
     }
 
-    fn with_rows<const N: usize>(mut self, rows: impl IntoIterator<Item = [String; N]>) -> Self {
+    pub(crate) fn with_rows<const N: usize>(mut self, rows: impl IntoIterator<Item = [String; N]>) -> Self {
         self.rows.extend(rows.into_iter().map(Vec::from));
         self
     }

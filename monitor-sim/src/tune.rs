@@ -11,13 +11,12 @@ use std::ops::Range;
 use std::time::Instant;
 
 use monitor_core::sample::ModelId;
-use monitor_core::units::RadPerSec;
 use monitor_core::{Monitor, Phase, Verdict};
 use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::fault::{Fault, FaultPoint};
-use crate::mission::{MissionError, monitor_for, sample, score_scenario};
+use crate::mission::{MissionError, give, monitor_for, score_scenario};
 use crate::names::{ByModel, ChannelNames};
 use crate::plant::Plant;
 use crate::record::LogicalOutputs;
@@ -214,9 +213,12 @@ struct Extremes {
 const fn must_rise(point: FaultPoint, model: ModelId) -> bool {
     use monitor_core::sample::Pair::{CurrentVoltage, SpeedCurrent, SpeedVoltage};
     match (point, model) {
-        (FaultPoint::LoadTorque, _) | (_, ModelId::Full | ModelId::Pair(CurrentVoltage)) => true,
+        (FaultPoint::LoadTorque, _) => true,
+        (FaultPoint::SpeedSensor | FaultPoint::CurrentSensor, ModelId::Full | ModelId::Pair(CurrentVoltage)) => true,
         (FaultPoint::SpeedSensor, ModelId::Pair(pair)) => matches!(pair, SpeedVoltage),
         (FaultPoint::CurrentSensor, ModelId::Pair(pair)) => matches!(pair, SpeedCurrent),
+        // It has no line for any other fault.
+        _ => false,
     }
 }
 
@@ -231,7 +233,7 @@ fn fly(
     let mut samples = 0;
     for measured in Plant::new(scenario, seed) {
         for (k, monitor) in monitors.iter_mut().enumerate() {
-            let verdict = *monitor.step(RadPerSec(measured.set_point as f32), sample(&measured));
+            let verdict = *give(monitor, &measured);
             if verdict.phase() == Phase::ModelDue {
                 let refused = |error| MissionError::Learning(ChannelNames::motor().explain_learning(error));
                 monitor.finish_learning().map_err(refused)?;

@@ -37,6 +37,7 @@ fn fault(point: FaultPoint, kind: FaultKind, amplitude: f64) -> Fault {
         amplitude,
         start_s: 5.0,
         end_s: 15.0,
+        share: 1.0,
     }
 }
 
@@ -212,6 +213,83 @@ fn gain_faults_scale_the_reading_or_the_whole_load() {
     let [_, during, _] = before_during_after(&scenario, gain(FaultPoint::LoadTorque));
     assert_abs_diff_eq!(during.1.load_torque, 1.25 * (0.02 + 0.03 + 0.009), epsilon = 1e-6);
     assert_abs_diff_eq!(during.0.armature_current, 1.25 * 0.059 / K, epsilon = 1e-3);
+}
+
+#[test]
+fn a_constant_of_the_motor_that_changes_moves_the_loop_to_its_new_steady_state() {
+    let gain = |point, amplitude| fault(point, FaultKind::Gain, amplitude);
+    let i = 0.06 / K;
+    let steady = |point, amplitude| before_during_after(&silent(25.0), gain(point, amplitude));
+    // u = R i + K w, i = T / K, with the constant that has changed.
+    let [_, during, after] = steady(FaultPoint::ArmatureResistance, 0.5);
+    assert_abs_diff_eq!(during.0.armature_current, i, epsilon = 1e-3);
+    assert_abs_diff_eq!(during.0.armature_voltage, 1.5 * R * i + K * 300.0, epsilon = 1e-3);
+    assert_abs_diff_eq!(after.0.armature_voltage, R * i + K * 300.0, epsilon = 1e-3);
+    let [_, during, _] = steady(FaultPoint::TorqueConstant, -0.2);
+    assert_abs_diff_eq!(during.0.armature_current, i / 0.8, epsilon = 1e-3);
+    assert_abs_diff_eq!(during.0.armature_voltage, R * i / 0.8 + 0.8 * K * 300.0, epsilon = 1e-3);
+    // The current controller asks for more, and its output is what is read.
+    let [_, during, _] = steady(FaultPoint::VoltageActuator, -0.1);
+    assert_abs_diff_eq!(during.0.armature_voltage, (R * i + K * 300.0) / 0.9, epsilon = 1e-3);
+    assert_abs_diff_eq!(during.1.armature_voltage, R * i + K * 300.0, epsilon = 1e-3);
+    let [before, during, _] = steady(FaultPoint::LoadInertia, 1.0);
+    assert_abs_diff_eq!(during.0.speed, before.0.speed, epsilon = 2e-3);
+    assert_abs_diff_eq!(during.0.armature_voltage, before.0.armature_voltage, epsilon = 1e-3);
+    // Outside of the loop.
+    let [_, during, _] = steady(FaultPoint::VoltageSensor, 0.1);
+    assert_abs_diff_eq!(during.0.armature_voltage, 1.1 * (R * i + K * 300.0), epsilon = 1e-3);
+    assert_abs_diff_eq!(during.1.armature_voltage, R * i + K * 300.0, epsilon = 1e-3);
+}
+
+#[test]
+fn twice_the_inertia_loses_half_the_speed_in_the_first_moments_of_a_load_step() {
+    // 5 ms after the step the loop of 20 rad/s has hardly answered: dw = T t / J.
+    let drop = |faults: Vec<Fault>| {
+        let mission = run(&Scenario { faults, ..silent(20.0) });
+        mission[9_999].1.speed - mission[10_005].1.speed
+    };
+    let step = fault(FaultPoint::LoadTorque, FaultKind::Offset, 0.03);
+    let load = Fault { id: "L".to_owned(), start_s: 10.0, ..step };
+    let inertia = fault(FaultPoint::LoadInertia, FaultKind::Gain, 1.0);
+    let (light, heavy) = (drop(vec![load.clone()]), drop(vec![load, inertia]));
+    assert_abs_diff_eq!(light, 0.03 * 5e-3 / MotorParameters::default().inertia_kg_m2(), epsilon = 0.1);
+    assert_abs_diff_eq!(light / heavy, 2.0, epsilon = 0.1);
+}
+
+#[test]
+fn a_stuck_sensor_repeats_its_last_reading_and_the_loop_acts_on_it() {
+    let noisy = Scenario { duration_s: 20.0, ..Scenario::figure_1().without_faults() };
+    for (point, of) in [(FaultPoint::SpeedSensor, 0), (FaultPoint::CurrentSensor, 1), (FaultPoint::VoltageSensor, 2)] {
+        // Not longer: a loop that sees no error any more integrates what is left of it.
+        let stuck = Fault { end_s: 5.2, ..fault(point, FaultKind::Stuck, 1.0) };
+        let mission = run(&Scenario { faults: vec![stuck], ..noisy.clone() });
+        let readings = |range: Range<usize>| mission[range].iter().map(|(sample, _)| sample.channels()[of]);
+        assert!(readings(5_000..5_200).all(|x| x == mission[4_999].0.channels()[of]), "{point:?}");
+        assert!(readings(5_200..5_300).any(|x| x != mission[4_999].0.channels()[of]), "{point:?}");
+    }
+}
+
+#[test]
+fn a_slot_without_a_sample_is_missing_to_the_monitor_and_not_to_the_loop() {
+    let noisy = Scenario { duration_s: 20.0, ..Scenario::figure_1().without_faults() };
+    let missing = fault(FaultPoint::Sampling, FaultKind::Missing, 0.3);
+    let lossy = Scenario { faults: vec![missing], ..noisy.clone() };
+    let healthy: Vec<_> = Plant::new(&noisy, 1).map(|s| s.channels()).collect();
+    let samples: Vec<_> = Plant::new(&lossy, 1).collect();
+    assert!(samples.iter().map(|s| s.channels()).eq(healthy));
+    let count = samples.iter().filter(|s| s.missing).count();
+    // Of 10,000: standard error 46; four of it.
+    assert!(count.abs_diff(3000) < 184, "{count}");
+    assert!(samples.iter().filter(|s| s.missing).all(|s| (5.0..15.0).contains(&s.t_s)));
+}
+
+#[test]
+fn a_coarse_sensor_reads_multiples_of_its_step() {
+    let coarse = fault(FaultPoint::SpeedSensor, FaultKind::Coarse, 0.5);
+    let scenario = Scenario { duration_s: 20.0, faults: vec![coarse], ..Scenario::figure_1() };
+    let samples: Vec<_> = Plant::new(&scenario, 1).collect();
+    assert!(samples[5_000..15_000].iter().all(|s| (s.speed / 0.5).fract() == 0.0));
+    assert!(samples[15_000..].iter().any(|s| (s.speed / 0.5).fract() != 0.0));
 }
 
 #[test]

@@ -260,6 +260,52 @@ fn a_gain_that_turns_the_sign_is_refused_and_a_dead_sensor_is_not() {
 }
 
 #[test]
+fn faults_beyond_the_papers_are_read_and_refused_where_they_make_no_sense() {
+    let with = |point: &str, kind: &str, rest: &str| {
+        format!(
+            "{SMALLEST}[[fault]]\nid = \"X\"\nname = \"x\"\npoint = \"{point}\"\nkind = \"{kind}\"\n\
+             profile = \"ramp\"\nstart_s = 30\nend_s = 60\n{rest}\n"
+        )
+    };
+    for (point, kind, rest) in [
+        ("load_inertia", "gain", "amplitude = 1.0"),
+        ("armature_resistance", "offset", "amplitude = 0.1"),
+        ("torque_constant", "gain", "amplitude = -0.3"),
+        ("voltage_actuator", "gain", "amplitude = -0.2"),
+        ("voltage_sensor", "coarse", "amplitude = 0.1"),
+        ("current_sensor", "stuck", "amplitude = 1.0"),
+        ("speed_sensor", "offset", "amplitude = 5.0\nshare = 0.01"),
+        ("sampling", "missing", "amplitude = 0.5"),
+    ] {
+        let read = Scenario::from_toml(&with(point, kind, rest));
+        assert!(read.is_ok(), "{point} {kind}: {read:?}");
+        let again = toml::to_string(&read.clone().unwrap()).unwrap();
+        assert_eq!(Scenario::from_toml(&again), read);
+    }
+    for (point, kind, rest, key) in [
+        ("load_torque", "stuck", "amplitude = 1.0", "kind"),
+        ("speed_sensor", "missing", "amplitude = 1.0", "kind"),
+        ("sampling", "offset", "amplitude = 1.0", "kind"),
+        ("torque_constant", "gain", "amplitude = -1.0", "amplitude"),
+        ("armature_resistance", "offset", "amplitude = -0.3", "amplitude"),
+        // A billionth of the inertia: the exchange between current and speed would be too fast for the sub-steps.
+        ("load_inertia", "gain", "amplitude = -0.999999999", "amplitude"),
+        ("current_sensor", "stuck", "amplitude = 1.5", "amplitude"),
+        ("voltage_sensor", "coarse", "amplitude = -0.1", "amplitude"),
+        ("speed_sensor", "offset", "amplitude = 5.0\nshare = 0.0", "share"),
+        ("speed_sensor", "offset", "amplitude = 5.0\nshare = nan", "share"),
+        ("sampling", "missing", "amplitude = 0.5\nshare = 0.5", "share"),
+    ] {
+        let (refused_key, line) = refused(&with(point, kind, rest));
+        assert_eq!(
+            (refused_key.as_str(), line.is_some()),
+            (format!("fault[0].{key}").as_str(), true),
+            "{point} {kind}"
+        );
+    }
+}
+
+#[test]
 fn faults_may_overlap() {
     assert!(Scenario::from_toml(&figure_1_with("start_s = 60.0", "start_s = 30.0")).is_ok());
 }

@@ -3,8 +3,8 @@
 
 Run: python3 fit_cosine_third.py     (needs mpmath)
 Prints, for each degree, the coefficients from the constant upwards, rounded to f32, and the largest error
-of Horner's rule in f32 against mpmath, then the coefficients of 4/sqrt(6) g(6^1.5 u), which is what the core evaluates, with
-degree 3: its first-order correction squares the error.
+of Horner's rule in f32 against mpmath, then the coefficients of 4/sqrt(6) g(54^0.5 u), which is what the core evaluates, with
+degree 3: Newton's step squares the error.
 """
 
 import struct
@@ -36,5 +36,5 @@ for degree in range(3, 8):
     worst = max(abs(horner_f32(coefficients, f32(k / 4000)) - exact(f32(k / 4000))) for k in range(4001))
     print(f"degree {degree}: fit {float(bound):.2e}, in f32 {float(worst):.2e}")
     print("   ", ", ".join(f"{c:.9}" for c in coefficients))
-    scaled = [f32(c * 4 / mp.sqrt(6) * mp.mpf(6) ** (1.5 * k)) for k, c in enumerate(reversed(descending))]
+    scaled = [f32(c * 4 / mp.sqrt(6) * mp.sqrt(54) ** k) for k, c in enumerate(reversed(descending))]
     print("    scaled:", ", ".join(f"{c:.9}" for c in scaled))

@@ -4,7 +4,7 @@ use super::*;
 use nalgebra::{Matrix2, Matrix3};
 use proptest::prelude::*;
 
-/// Bounds in units of eps(f32) times the norm: the worst of the families below was 3.5, 6.5 and 4.9.
+/// Bounds in units of eps(f32) times the norm: the worst of the matrices below was 1.8, 4.2 and 2.6.
 const VALUE_EPS: f64 = 4.0;
 const ORTHOGONALITY_EPS: f64 = 8.0;
 const RESIDUAL_EPS: f64 = 8.0;

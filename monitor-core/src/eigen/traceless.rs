@@ -5,8 +5,8 @@
 pub(super) trait Traceless {
     /// Half the sum of squares of all entries: J2 of the literature.
     fn half_square(&self) -> f32;
-    /// Half the determinant.
-    fn half_determinant(&self) -> f32;
+    /// The determinant.
+    fn determinant(&self) -> f32;
     /// adj(S - shift I); the entries above the diagonal are not filled in.
     fn adjugate_less(&self, shift: f32) -> [[f32; 3]; 3];
     /// S v.
@@ -36,8 +36,9 @@ impl Traceless for Below {
     }
 
     #[inline(always)]
-    fn half_determinant(&self) -> f32 {
-        self.s10 * (self.s20 * self.s21)
+    fn determinant(&self) -> f32 {
+        let half = self.s10 * (self.s20 * self.s21);
+        half + half
     }
 
     #[inline(always)]
@@ -73,13 +74,14 @@ impl Traceless for Deviator {
     fn half_square(&self) -> f32 {
         // The trace is zero, so the squares on the diagonal are minus twice the products that the determinant needs too.
         let ([s00, s11, s22], Below { s10, s20, s21 }) = (self.diagonal, self.below);
-        (s10 * s10 - s00 * s11) + (s20 * s20 - s00 * s22) + (s21 * s21 - s11 * s22)
+        (s21 * s21 - s11 * s22) + s00 * s00 + (s10 * s10 + s20 * s20)
     }
 
     #[inline(always)]
-    fn half_determinant(&self) -> f32 {
+    fn determinant(&self) -> f32 {
         let ([s00, s11, s22], Below { s10, s20, s21 }) = (self.diagonal, self.below);
-        s10 * (s20 * s21) - 0.5 * (s00 * (s21 * s21 - s11 * s22) + s11 * (s20 * s20) + s22 * (s10 * s10))
+        let half = s10 * (s20 * s21);
+        (half + half) - (s00 * (s21 * s21 - s11 * s22) + s11 * (s20 * s20) + s22 * (s10 * s10))
     }
 
     #[inline(always)]

@@ -1,8 +1,9 @@
 //! What a scenario must fulfil. Conditions are written so that NaN fails them.
 
 use super::{Scenario, ScenarioError};
-use crate::fault::{Fault, FaultKind};
 use crate::motor::{MAX_SUB_STEPS, Motor};
+
+mod faults;
 
 type Checked = Result<(), ScenarioError>;
 
@@ -26,7 +27,7 @@ pub(super) fn check(scenario: &Scenario) -> Checked {
     check_controller(scenario)?;
     check_noise(scenario)?;
     check_set_points(scenario)?;
-    check_faults(scenario)
+    faults::check(scenario)
 }
 
 fn check_times(s: &Scenario) -> Checked {
@@ -152,36 +153,6 @@ fn check_set_points(s: &Scenario) -> Checked {
             format!("= {speed} needs {:.2} A against the load", state.armature_current),
             format!("lower the load or raise controller.current_limit_a = {}", s.controller.current_limit_a),
         )?;
-    }
-    Ok(())
-}
-
-fn check_faults(s: &Scenario) -> Checked {
-    for (n, fault) in s.faults.iter().enumerate() {
-        let key = |name: &str| format!("fault[{n}].{name}");
-        let Fault { id, amplitude, start_s, end_s, .. } = fault;
-        require(!id.is_empty(), key("id"), "is empty", "name the fault, as in \"F1\"")?;
-        require(
-            !s.faults.iter().take(n).any(|earlier| earlier.id == *id),
-            key("id"),
-            format!("= \"{id}\" names an earlier fault too"),
-            "give each fault its own id",
-        )?;
-        finite(key("amplitude"), *amplitude)?;
-        require(
-            fault.kind == FaultKind::Offset || *amplitude >= -1.0,
-            key("amplitude"),
-            format!("= {amplitude} turns the signal's sign, so the loop would run away"),
-            "a gain fault multiplies by 1 + amplitude: use at least -1",
-        )?;
-        not_negative(key("start_s"), *start_s)?;
-        require(
-            end_s > start_s,
-            key("end_s"),
-            format!("= {end_s} is not after start_s = {start_s}"),
-            "let the fault end after it starts",
-        )?;
-        within_mission(key("end_s"), *end_s, s.duration_s)?;
     }
     Ok(())
 }

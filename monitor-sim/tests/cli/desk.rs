@@ -68,9 +68,14 @@ pub(crate) fn edited(mut edit: impl FnMut(usize, &mut Vec<String>)) -> String {
 pub(crate) struct Desk(TempDir);
 
 impl Desk {
+    /// An empty directory.
+    pub(crate) fn new() -> Self {
+        Desk(tempfile::tempdir().unwrap())
+    }
+
     /// A directory with one file.
     pub(crate) fn with(name: &str, text: &str) -> Self {
-        let desk = Desk(tempfile::tempdir().unwrap());
+        let desk = Desk::new();
         desk.write(name, text);
         desk
     }

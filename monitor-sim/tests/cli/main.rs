@@ -5,5 +5,6 @@ mod bad_options;
 mod desk;
 mod mission;
 mod replay;
+mod study;
 mod tune;
 mod writings;

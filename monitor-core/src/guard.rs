@@ -1,0 +1,408 @@
+//! `guard` mode: small faults, found fast, named right, and silence for months.
+//!
+//! ```text
+//! sample ─ fit? ─ gate ─ deviation (1.7) ─┬─ fast   ─ T² ─┐
+//!            │                            ├─ middle ─ T² ─┼─ limits ─ raise, withdraw ─ verdict
+//!          losses                         └─ slow   ─ T² ─┘                  │
+//!                                              └─ estimate ─ directions ─ finding, size   (on request)
+//! ```
+#![doc = include_str!("../GUARD.md")]
+
+use core::hint::select_unpredictable;
+
+use crate::moments::{Clip, LearnError, Moments};
+use crate::sample::Sample;
+use crate::set_point::{Gate, GateState};
+use crate::units::RadPerSec;
+use crate::verdict::Absence;
+
+mod alarm;
+mod design;
+mod direction;
+mod judge;
+mod level;
+mod model;
+mod sensor;
+mod verdict;
+mod window;
+
+use alarm::{Alarm, Rules};
+pub use design::{Config, ConfigError, Design};
+pub use direction::{
+    Cause, Direction, DirectionError, Directions, Explanation, Finding, MotorConstants, Noise, TOLERANCE_OF_CONSTANTS,
+};
+use judge::{Judge, Known};
+pub use model::{Model, Quality};
+use sensor::{Activity, Senses};
+pub use verdict::{Loss, Phase, Verdict};
+pub use window::Window;
+
+/// Time scales side by side: one sample or a few, the loop, drifts.
+pub const SCALES: usize = 3;
+
+/// Set points whose models are kept.
+const BANK: usize = 4;
+
+/// Sigmas of the first seeding window at which the second is clipped.
+const SEED_CLIP_SIGMAS: f32 = 4.0;
+
+/// A window, and the activity of each channel while it was gathered.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Learned {
+    window: Window,
+    activity: Activity,
+}
+
+/// Where the monitor stands; each phase owns what it moves.
+#[derive(Clone, Copy, Debug)]
+enum Stage {
+    /// With the running mean of what was read while the loop settled.
+    Settling(Option<[f32; 3]>),
+    /// The clip is that of the window before.
+    Seeding(Moments<3>, Option<Clip<3>>),
+    Learning(Learned),
+    ModelDue(Learned),
+    Judging(Judge),
+    Withheld,
+}
+
+/// The fault monitor of one motor, in `guard` mode.
+#[derive(Clone, Debug)]
+pub struct Guard {
+    verdict: Verdict,
+    gate: GateState,
+    design: Design,
+    rules: Rules,
+    senses: Senses,
+    stage: Stage,
+    bank: Bank,
+    quality: Quality,
+    refused: Option<LearnError>,
+}
+
+/// Models of set points that were learned.
+#[derive(Clone, Debug, Default)]
+struct Bank {
+    entries: [Option<(f32, Known)>; BANK],
+    next: usize,
+}
+
+impl Bank {
+    fn recall(&self, set_point: f32, holds: impl Fn(f32) -> bool) -> Option<Known> {
+        let near = self.entries.iter().flatten().filter(|(at, _)| holds(*at));
+        near.min_by(|(a, _), (b, _)| (a - set_point).abs().total_cmp(&(b - set_point).abs())).map(|(_, known)| *known)
+    }
+
+    /// Keeps a model; of another set point when there is no room, the one that was first kept goes.
+    fn keep(&mut self, set_point: f32, known: Known) {
+        let same = self.entries.iter().position(|entry| entry.is_some_and(|(at, _)| (at - set_point).abs() <= 0.0));
+        let place = same.unwrap_or(self.next);
+        if let Some(entry) = self.entries.get_mut(place) {
+            *entry = Some((set_point, known));
+        }
+        if same.is_none() {
+            self.next = (self.next + 1) % BANK;
+        }
+    }
+}
+
+impl Guard {
+    /// A monitor that settles, seeds, learns and then judges.
+    ///
+    /// # Errors
+    /// [`ConfigError`] names the setting that is out of range.
+    pub fn new(config: &Config) -> Result<Self, ConfigError> {
+        let design = Design::new(config)?;
+        let [_, middle, _] = design.scales;
+        Ok(Guard {
+            verdict: Verdict { sample: u64::MAX, ..Verdict::default() }, // the first sample has index zero
+            gate: design.gate.unknown(),
+            rules: Rules::new(design.clear_hold, &middle),
+            design,
+            senses: Senses::default(),
+            stage: Stage::Settling(None),
+            bank: Bank::default(),
+            quality: Quality::default(),
+            refused: None,
+        })
+    }
+
+    /// Takes one sample of the motor and says whether something is wrong. The verdict is the monitor's own: copy what
+    /// outlives the next step.
+    #[inline]
+    pub fn step(&mut self, set_point: RadPerSec, sample: Sample) -> &Verdict {
+        self.step_channels(set_point.0, sample.into())
+    }
+
+    /// The same for any three channels.
+    ///
+    /// Never fails, never allocates. Readings that are no numbers are reported, and leave model and filters as they were.
+    #[inline]
+    pub fn step_channels(&mut self, set_point: f32, x: [f32; 3]) -> &Verdict {
+        let [a, b, c] = x;
+        self.slot(set_point, a, b, c)
+    }
+
+    #[inline(never)]
+    fn slot(&mut self, set_point: f32, a: f32, b: f32, c: f32) -> &Verdict {
+        let x = [a, b, c];
+        self.verdict.sample = self.verdict.sample.wrapping_add(1);
+        self.verdict.readings = x;
+        if let Stage::Judging(judge) = &mut self.stage
+            && self.design.gate.holds(&self.gate, set_point)
+        {
+            judge.step(&self.design, &self.rules, x, &mut self.verdict);
+        } else {
+            self.before_judging(set_point, x);
+        }
+        &self.verdict
+    }
+
+    /// Lets a slot of the sampling clock go by that has no sample of its own, and says so.
+    pub fn skip(&mut self, why: Absence) -> &Verdict {
+        self.step_channels(self.gate.reference(), [f32::NAN; 3]);
+        self.verdict.standing = self.verdict.standing.absent(why);
+        &self.verdict
+    }
+
+    /// A sample that no model judges.
+    #[cold]
+    #[inline(never)]
+    fn before_judging(&mut self, set_point: f32, x: [f32; 3]) {
+        let fit = x.map(measurable);
+        let held = !fit.iter().fold(true, |all, fit| all & fit);
+        if !set_point.is_finite() {
+            self.verdict.standing = self.verdict.standing.without_set_point();
+            return;
+        }
+        self.senses.step(fit, x);
+        self.verdict.standing = self.verdict.standing.unjudged(held);
+        match self.design.gate.step(&mut self.gate, set_point) {
+            Gate::Changed => self.set_point_changed(set_point),
+            Gate::Settling => {}
+            Gate::Open => self.open(held, x),
+        }
+        self.gather(held, x);
+        self.verdict.phase = self.phase();
+    }
+
+    /// The set point has moved: its model is recalled if it was learned, and else it will be, unless a fault is suspected.
+    fn set_point_changed(&mut self, set_point: f32) {
+        let mut suspected = self.verdict.standing.alarm();
+        if let Stage::Judging(judge) = &self.stage {
+            // What was learned or proven since it was kept.
+            suspected |= self.verdict.recovering();
+            self.senses = judge.senses;
+        }
+        let tolerance_holds = |at: f32| self.design.gate.holds(&self.design.gate.open_at(at), set_point);
+        self.stage = if let Some(known) = self.bank.recall(set_point, tolerance_holds) {
+            self.gate = self.design.gate.open_at(set_point);
+            Stage::Judging(Judge::new(known, Alarm::recovering(&self.rules), self.senses, &self.design))
+        } else if suspected || matches!(self.stage, Stage::Withheld) {
+            Stage::Withheld
+        } else {
+            Stage::Settling(None)
+        };
+    }
+
+    /// The set point has been constant for long enough: seeding begins around what was read meanwhile.
+    fn open(&mut self, held: bool, x: [f32; 3]) {
+        if let Stage::Settling(mean) = self.stage
+            && let Some(shift) = mean.or((!held).then_some(x))
+        {
+            self.stage = Stage::Seeding(Moments::around(shift), None);
+        }
+    }
+
+    /// Lets a phase before judging take its sample, and go over into the next.
+    fn gather(&mut self, held: bool, x: [f32; 3]) {
+        let design = &self.design;
+        match &mut self.stage {
+            Stage::Settling(mean) if !held => {
+                let before = mean.unwrap_or(x);
+                let [d0, d1, d2] = difference(x, before).map(|d| d * 0.0625); // over the last sixteen or so
+                let [m0, m1, m2] = before;
+                *mean = Some([m0 + d0, m1 + d1, m2 + d2]);
+            }
+            Stage::Seeding(moments, clip) => {
+                moments.push_unless(held, clip.map_or(x, |clip| clip.apply(x).0));
+                if moments.slots() >= design.seed_slots {
+                    self.stage = seeded(moments, clip.is_some(), design).unwrap_or_else(|error| {
+                        self.refused = Some(error);
+                        Stage::Seeding(Moments::around(moments.shift()), None)
+                    });
+                }
+            }
+            Stage::Learning(learned) => {
+                learned.window.push(design, held, x);
+                learned.activity.push(&self.senses);
+                if learned.window.slots >= design.learn_slots {
+                    self.stage = Stage::ModelDue(*learned);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// The learning window, once it is complete and until a model is installed. A board copies it out of the sampling
+    /// interrupt, calls [`Model::learn`] at leisure, and hands the result in with [`Guard::install`].
+    #[must_use]
+    pub const fn learned(&self) -> Option<&Window> {
+        match &self.stage {
+            Stage::ModelDue(learned) => Some(&learned.window),
+            _ => None,
+        }
+    }
+
+    /// Hands in what was made of the learning window. Returns whether the monitor was waiting for it.
+    pub fn install(&mut self, model: Result<(Model, Quality), LearnError>) -> bool {
+        let Stage::ModelDue(learned) = self.stage else { return false };
+        match model {
+            Ok((model, quality)) => {
+                let known = Known::new(model, learned.activity.stuck_below(), self.design.learn_slots);
+                self.bank.keep(self.gate.reference(), known);
+                self.stage = Stage::Judging(Judge::new(known, Alarm::default(), self.senses, &self.design));
+                (self.quality, self.refused) = (quality, None);
+            }
+            Err(error) => {
+                // The clip may have been the wrong one: from the beginning.
+                self.stage = Stage::Seeding(Moments::around(learned.window.centre), None);
+                self.refused = Some(error);
+            }
+        }
+        self.verdict.phase = self.phase();
+        true
+    }
+
+    /// Makes a model of the learning window if it is complete, on the spot. Returns whether a model was installed.
+    ///
+    /// # Errors
+    /// [`LearnError`] when the window was refused; learning has begun again.
+    pub fn finish_learning(&mut self) -> Result<bool, LearnError> {
+        let Some(window) = self.learned() else { return Ok(false) };
+        let model = Model::learn(window, &self.design);
+        self.install(model);
+        model.map(|_| true)
+    }
+
+    /// The settings as worked out; what [`Model::learn`] asks for.
+    #[must_use]
+    pub const fn design(&self) -> &Design {
+        &self.design
+    }
+
+    /// The model that samples are judged by, while the monitor judges.
+    #[must_use]
+    pub const fn model(&self) -> Option<&Model> {
+        match &self.stage {
+            Stage::Judging(judge) => Some(&judge.known.model),
+            _ => None,
+        }
+    }
+
+    /// Limit of the distance at each time scale, as sharp as it is by now.
+    #[must_use]
+    pub fn limits(&self) -> Option<[f32; SCALES]> {
+        match &self.stage {
+            Stage::Judging(judge) => Some(judge.limits()),
+            _ => None,
+        }
+    }
+
+    /// What there is to say of the last learning window that was accepted.
+    #[must_use]
+    pub const fn quality(&self) -> &Quality {
+        &self.quality
+    }
+
+    /// Why the last learning window was refused, until one is accepted.
+    #[must_use]
+    pub const fn refused(&self) -> Option<LearnError> {
+        self.refused
+    }
+
+    /// The verdict on the last slot.
+    #[must_use]
+    pub const fn verdict(&self) -> &Verdict {
+        &self.verdict
+    }
+
+    /// Withdraws a latched alarm; if the fault still stands, it is raised again.
+    pub fn acknowledge(&mut self) {
+        self.verdict.standing = self.verdict.standing.without_alarm();
+    }
+
+    /// Estimate of the deviation from healthy, each channel in its unit; none while nothing is judged.
+    #[must_use]
+    pub const fn deviation(&self) -> Option<[f32; 3]> {
+        match &self.stage {
+            Stage::Judging(judge) => Some(judge.estimate),
+            _ => None,
+        }
+    }
+
+    /// What is wrong, by the directions of faults: which, how large, and what else it might be. On request and outside the
+    /// sampling interrupt, from a copy of the monitor.
+    #[must_use]
+    pub fn finding(&self, directions: &Directions) -> Finding {
+        let Stage::Judging(judge) = &self.stage else { return Finding::Healthy };
+        if !self.verdict.deviates() {
+            return Finding::Healthy;
+        }
+        if !self.verdict.settled() {
+            return Finding::Locating;
+        }
+        match directions.explain(judge.estimate, &judge.noise(&self.design)) {
+            Finding::Unknown if judge.is_young(&self.design) => Finding::Locating,
+            finding => finding,
+        }
+    }
+
+    const fn phase(&self) -> Phase {
+        match &self.stage {
+            Stage::Settling(_) => Phase::Settling,
+            Stage::Seeding(..) => Phase::Seeding,
+            Stage::Learning(_) => Phase::Learning,
+            Stage::ModelDue(_) => Phase::ModelDue,
+            Stage::Judging(_) => Phase::Monitoring,
+            Stage::Withheld => Phase::Withheld,
+        }
+    }
+}
+
+/// What follows a seeding window: the second one, clipped by the first, or the learning window.
+fn seeded(moments: &Moments<3>, second: bool, design: &Design) -> Result<Stage, LearnError> {
+    let seed = design.floored(&moments.statistics()?, 1.0);
+    Ok(if second {
+        Stage::Learning(Learned { window: Window::after(&seed), activity: Activity::NONE })
+    } else {
+        Stage::Seeding(Moments::around(seed.mean.into()), Some(Clip::at(&seed, SEED_CLIP_SIGMAS)))
+    })
+}
+
+/// a - b.
+#[inline(always)]
+fn difference([a, b, c]: [f32; 3], [x, y, z]: [f32; 3]) -> [f32; 3] {
+    [a - x, b - y, c - z]
+}
+
+/// The lesser of two numbers, or the bound: no branch, and a third of the instructions of `f32::min`, which cares for NaN.
+#[inline(always)]
+fn at_most(x: f32, bound: f32) -> f32 {
+    select_unpredictable(x < bound, x, bound)
+}
+
+/// The greater of two numbers, or the bound.
+#[inline(always)]
+fn at_least(x: f32, bound: f32) -> f32 {
+    select_unpredictable(x > bound, x, bound)
+}
+
+/// Whether a reading is a number.
+#[inline(always)]
+const fn measurable(x: f32) -> bool {
+    x.abs() <= f32::MAX
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,201 @@
+//! Settings of `guard` mode, and what is worked out of them once.
+
+use crate::ewma::{Ewma, EwmaError};
+use crate::limit::{LimitError, smoothed_t2_limit};
+use crate::moments::{Moments, Statistics};
+use crate::sample::Channel;
+use crate::set_point::{GateError, SetPointGate};
+
+/// Settings of a monitor in `guard` mode. All of them are fixed before the first sample; [`Config::at_rate`] is what most
+/// boards need.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Config {
+    /// Samples per second, Hz.
+    pub sample_rate_hz: f32,
+    /// False alarms that are tolerable per hour, all tests together. The limits follow from it.
+    pub false_alarms_per_hour: f32,
+    /// How long after a change of the set point nothing is learned, s.
+    pub settle_s: f32,
+    /// Length of each of two seeding windows, s: from the first comes the clip of the second, from that the clip of the
+    /// learning window.
+    pub seed_s: f32,
+    /// Length of the learning window, s. The limits also count how little it is.
+    pub learn_s: f32,
+    /// Largest movement of the set point that is not a change, in the set point's unit.
+    pub set_point_tolerance: f32,
+    /// Time constants of the three time scales, ascending, s: abrupt faults, the loop, drifts.
+    pub time_constants_s: [f32; 3],
+    /// Step of the converter of each channel, in its unit; zero where it is not known. No channel is taken to be more exact.
+    pub converter_steps: [f32; 3],
+    /// How long the mean remembers, s: benign drift that is slower (temperature) is followed.
+    pub memory_s: f32,
+    /// How far the mean may follow in all, in sigmas of each channel: a fault that grows as slowly is found when it is beyond.
+    /// With 0 the mean is the learned one.
+    pub drift_sigmas: f32,
+    /// How long the motor must look healthy before an alarm is withdrawn, s.
+    pub clear_hold_s: f32,
+    /// Whether an alarm stands until [`acknowledge`](crate::guard::Guard::acknowledge).
+    pub latch: bool,
+}
+
+impl Config {
+    /// Settings for a sampling rate: one false alarm in a hundred hours; 2 s to settle, twice 1 s to seed, 15 s to learn;
+    /// time scales of 4 ms, 64 ms and 1 s.
+    #[must_use]
+    pub const fn at_rate(sample_rate_hz: f32) -> Self {
+        Config {
+            sample_rate_hz,
+            false_alarms_per_hour: 0.01,
+            settle_s: 2.0,
+            seed_s: 1.0,
+            learn_s: 15.0,
+            set_point_tolerance: 0.0,
+            time_constants_s: [0.004, 0.064, 1.0],
+            converter_steps: [0.0; 3],
+            memory_s: 600.0,
+            drift_sigmas: 0.5,
+            clear_hold_s: 0.02,
+            latch: false,
+        }
+    }
+}
+
+/// Why a configuration was refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum ConfigError {
+    /// The sampling rate must be finite and above zero.
+    SampleRate,
+    /// The rate of false alarms must be above zero, and neither below one in some 10^7 samples times the tests nor so high
+    /// that alarms are no rarity: see [`smoothed_t2_limit`].
+    FalseAlarmRate,
+    /// The settling time must be finite and not negative, and fit into 2^31 samples.
+    SettleTime,
+    /// A seeding window must hold at least [`Moments::MIN_SAMPLES`] samples and fewer than 2^31.
+    SeedTime,
+    /// The learning window must last at least twelve times the middle time constant, and hold fewer than 2^31 samples.
+    LearnTime,
+    /// The set-point tolerance must be finite and not negative.
+    SetPointTolerance,
+    /// Time constants must be finite, ascend, and not be negative.
+    TimeConstants,
+    /// The converter step of this channel must be finite and not negative.
+    ConverterStep(Channel),
+    /// The memory must be finite, and at least the learning window.
+    Memory,
+    /// The reach of the drift must be finite and not negative.
+    Drift,
+    /// The hold of the clearing must be finite and not negative, and fit into 2^31 samples.
+    ClearHold,
+}
+
+impl From<EwmaError> for ConfigError {
+    fn from(error: EwmaError) -> Self {
+        match error {
+            EwmaError::TimeConstant => ConfigError::TimeConstants,
+            EwmaError::SampleRate => ConfigError::SampleRate,
+        }
+    }
+}
+
+impl From<GateError> for ConfigError {
+    fn from(_: GateError) -> Self {
+        ConfigError::SetPointTolerance
+    }
+}
+
+/// The frozen part of a monitor, apart from what it learns.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Design {
+    pub(super) gate: SetPointGate,
+    pub(super) scales: [Ewma; 3],
+    /// Variance of a converter's rounding, of each channel.
+    pub(super) floors: [f32; 3],
+    /// What the largest distance of as many samples as are learned from reaches once in twenty times, in limits.
+    pub(super) expected_peaks: [f32; 3],
+    /// Samples between two false alarms of one time scale.
+    interval_samples: f32,
+    pub(super) seed_slots: u32,
+    pub(super) learn_slots: u32,
+    pub(super) memory_slots: f32,
+    pub(super) drift_sigmas: f32,
+    pub(super) clear_hold: u32,
+    pub(super) latch: bool,
+}
+
+impl Design {
+    /// Works out the settings.
+    ///
+    /// # Errors
+    /// [`ConfigError`] names the setting that is out of range.
+    pub fn new(config: &Config) -> Result<Self, ConfigError> {
+        let rate = config.sample_rate_hz;
+        if !(rate > 0.0 && rate.is_finite()) {
+            return Err(ConfigError::SampleRate);
+        }
+        // 2^31 as f32; written so that NaN is refused.
+        let slots =
+            |seconds: f32| (0.0..2_147_483_648.0).contains(&(seconds * rate)).then_some((seconds * rate) as u32);
+        let gate =
+            SetPointGate::new(config.set_point_tolerance, slots(config.settle_s).ok_or(ConfigError::SettleTime)?)?;
+        let [fast, middle, slow] = config.time_constants_s;
+        if !(fast <= middle && middle <= slow) {
+            return Err(ConfigError::TimeConstants);
+        }
+        let scale = |time_constant_s| Ewma::with_time_constant(time_constant_s, rate);
+        let mut floors = config.converter_steps;
+        for (position, floor) in floors.iter_mut().enumerate() {
+            if !(*floor >= 0.0 && floor.is_finite()) {
+                return Err(ConfigError::ConverterStep(Channel::at(position)));
+            }
+            *floor = *floor * *floor / 12.0; // of a rounding error, which is uniform
+        }
+        let seed_slots =
+            slots(config.seed_s).filter(|n| *n >= Moments::<3>::MIN_SAMPLES).ok_or(ConfigError::SeedTime)?;
+        let learn_slots = slots(config.learn_s)
+            .filter(|n| *n >= 4 * Moments::<3>::MIN_SAMPLES && config.learn_s >= 24.0 * middle)
+            .ok_or(ConfigError::LearnTime)?;
+        if !(config.memory_s >= config.learn_s && config.memory_s.is_finite()) {
+            return Err(ConfigError::Memory);
+        }
+        if !(config.drift_sigmas >= 0.0 && config.drift_sigmas.is_finite()) {
+            return Err(ConfigError::Drift);
+        }
+        let mut design = Design {
+            gate,
+            scales: [scale(fast)?, scale(middle)?, scale(slow)?],
+            floors,
+            expected_peaks: [1.0; 3],
+            interval_samples: 3.0 * 3600.0 * rate / config.false_alarms_per_hour,
+            seed_slots,
+            learn_slots,
+            memory_slots: (config.memory_s * rate).max(learn_slots as f32),
+            drift_sigmas: config.drift_sigmas,
+            clear_hold: slots(config.clear_hold_s).ok_or(ConfigError::ClearHold)?,
+            latch: config.latch,
+        };
+        let proof = 20.0 * learn_slots as f32;
+        for (scale, expected) in design.scales.iter().zip(&mut design.expected_peaks) {
+            let limit = |interval| smoothed_t2_limit(scale, 3, 1e6, interval).map_err(|_| ConfigError::FalseAlarmRate);
+            *expected = limit(proof)? / limit(design.interval_samples)?;
+        }
+        Ok(design)
+    }
+
+    /// Statistics in which no channel is more exact than its converter, whose rounding is averaged by so much.
+    pub(super) fn floored(&self, statistics: &Statistics<3>, variance_ratio: f32) -> Statistics<3> {
+        let mut floored = *statistics;
+        for (i, floor) in self.floors.into_iter().enumerate() {
+            if let Some(variance) = floored.covariance.get_mut((i, i)) {
+                *variance = variance.max(floor * variance_ratio);
+            }
+        }
+        floored
+    }
+
+    /// The limit of a time scale whose covariance was learned with so many degrees of freedom.
+    pub(super) fn limit(&self, scale: &Ewma, degrees_of_freedom: f32) -> Result<f32, LimitError> {
+        smoothed_t2_limit(scale, 3, degrees_of_freedom, self.interval_samples)
+    }
+}

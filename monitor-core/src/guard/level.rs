@@ -1,0 +1,80 @@
+//! Limits that sharpen: how far a time scale's limit lies above what theory gives for a motor that is known for ever.
+//!
+//! A window of some seconds holds few independent samples of a slow scale, so its variance and the mean are known roughly, and
+//! limits must be wide. While the motor is healthy every sample adds to both: the mean follows, and each row of the metric is
+//! brought to the length at which its share of the distance is one on average.
+
+use super::design::Design;
+use crate::ewma::Ewma;
+use crate::moments::LearnError;
+use crate::triangle::Triangle;
+
+/// Slots from one update of a scale to the next. Updates take turns.
+pub(super) const PERIOD: u32 = 64;
+
+/// Fewest degrees of freedom at which a limit is calculated.
+const DEGREES_FROM: f32 = 13.0;
+
+/// What a time scale's limit is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Level {
+    /// Limit for a covariance and a mean known exactly.
+    base: f32,
+    /// By how much one degree of freedom would widen it; n widen it by an n-th of that.
+    growth: f32,
+    /// Independent samples in a slot.
+    per_slot: f32,
+    /// Degrees of freedom that the window gave beyond those of the scale itself.
+    borrowed: f32,
+}
+
+impl Level {
+    /// Of a scale whose metric was learned from a window of so many slots, with so many degrees of freedom.
+    pub(super) fn new(design: &Design, scale: &Ewma, slots: f32, degrees_of_freedom: f32) -> Result<Self, LearnError> {
+        let limit = |degrees| design.limit(scale, degrees).map_err(|_| LearnError::TooShort { samples: slots as u32 });
+        let (base, per_slot) = (limit(1e6)?, scale.variance_ratio());
+        let degrees = degrees_of_freedom.max(DEGREES_FROM);
+        // Less than in proportion at more degrees of freedom than these: limits err on the wide side.
+        let growth = degrees * (limit(degrees)? / base - 1.0);
+        Ok(Level { base, growth, per_slot, borrowed: degrees - per_slot * slots })
+    }
+
+    /// The limit once so many slots are known.
+    pub(super) fn limit(&self, slots: f32) -> f32 {
+        let independent = self.per_slot * slots;
+        // The mean's own error is in every distance.
+        self.base * (1.0 + self.growth / (independent + self.borrowed)) * (1.0 + 1.0 / independent)
+    }
+
+    /// Widens the limit for good: the tail is heavier than a normal one.
+    pub(super) fn widen(&mut self, factor: f32) {
+        self.base *= factor;
+    }
+}
+
+impl Triangle<3> {
+    pub(super) const fn diagonal(&self) -> [f32; 3] {
+        let [[a, ..], [_, b, _], [.., c]] = self.rows();
+        [a, b, c]
+    }
+
+    /// Brings the metric a step nearer to where w = U y has the covariance I, by a smoothed deviation in control.
+    ///
+    /// U += g G U, with G the upper half of I - w w' and half its diagonal, comes to rest where the mean of w w' is I, and
+    /// keeps U a triangle. With a gain g that is `PERIOD` slots in so many it is the mean over all of them
+    /// (Robbins and Monro 1951; the relative gradient of Cardoso and Laheld 1996).
+    pub(super) fn whiten(&mut self, y: [f32; 3], gain: f32) {
+        let [w0, w1, w2] = self.times(y);
+        let half = |w: f32| 1.0 + 0.5 * gain * (1.0 - w * w);
+        let [first, second, third] = self.rows();
+        let combined = |own: f32, a: [f32; 3], by: f32, b: [f32; 3], and: f32, c: [f32; 3]| {
+            let [[a0, a1, a2], [b0, b1, b2], [c0, c1, c2]] = [a, b, c];
+            [own * a0 + by * b0 + and * c0, own * a1 + by * b1 + and * c1, own * a2 + by * b2 + and * c2]
+        };
+        *self = Triangle::from_upper([
+            combined(half(w0), first, -gain * w0 * w1, second, -gain * w0 * w2, third),
+            combined(half(w1), second, -gain * w1 * w2, third, 0.0, third),
+            third.map(|cell| half(w2) * cell),
+        ]);
+    }
+}

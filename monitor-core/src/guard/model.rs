@@ -1,0 +1,199 @@
+//! What healthy means in `guard` mode: a mean, and for each time scale the metric of the smoothed channels with its limit.
+
+use super::design::Design;
+use super::direction::Covariance;
+use super::level::Level;
+use super::window::{MIDDLE, Window};
+use super::{SCALES, at_least, at_most, difference};
+use crate::ewma::Ewma;
+use crate::moments::{LearnError, Statistics};
+use crate::pca::{ExplainedShare, Pca};
+use crate::root::{reciprocal_sqrt, square_root};
+use crate::sample::Channel;
+use crate::triangle::Triangle;
+
+/// Smallest variance of a component of the standardized channels, of a total of three: a hundredth of a sigma. What moves
+/// less is rounding of the converters and of the correlation, and a fault must not be called by it.
+const EIGENVALUE_FLOOR: f32 = 1e-4;
+
+/// Largest share of clipped samples: more, and what was clipped is not the exception.
+const CLIPPED_TO: f32 = 0.1;
+
+/// How far the mean may move from the first to the second half of a window: in sigmas of a channel, and in standard errors.
+const DRIFT_SIGMAS: f32 = 0.25;
+const DRIFT_STANDARD_ERRORS: f32 = 6.0;
+
+/// How many times the standard deviation of smoothed noise may be that of smoothed white noise.
+const NOISE_MEMORY: f32 = 3.0;
+
+/// One time scale of a model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Scale {
+    /// |U y|^2 is the distance (1.6) of smoothed deviations y, all components retained.
+    pub(super) metric: Triangle<3>,
+    /// The diagonal as learned: how far the metric may be sharpened is bounded by it.
+    learned: [f32; 3],
+    pub(super) level: Level,
+}
+
+/// How much wider or narrower noise may become than it was learned, as a factor of its standard deviation: what grows slowly
+/// must not be taken for noise without end, and what is rare was not seen yet.
+const WIDER_TO: f32 = 2.0;
+const NARROWER_TO: f32 = 0.7;
+
+impl Scale {
+    /// Brings the metric a step nearer to where smoothed deviations are white ([`Triangle::whiten`]).
+    #[inline(always)]
+    pub(super) fn sharpen(&mut self, y: [f32; 3], gain: f32) {
+        self.metric.whiten(y, gain);
+        let mut back = [1.0; 3];
+        for (back, (now, learned)) in back.iter_mut().zip(self.metric.diagonal().into_iter().zip(self.learned)) {
+            // Rows may point either way.
+            let share = now / learned;
+            *back = at_most(at_least(share, 1.0 / WIDER_TO), 1.0 / NARROWER_TO) / share;
+        }
+        self.metric.scale_rows(back);
+    }
+}
+
+/// A model of the healthy motor at one set point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Model {
+    pub(super) mean: [f32; 3],
+    pub(super) sigma: [f32; 3],
+    pub(super) scales: [Scale; SCALES],
+}
+
+/// What there is to say of a learning window.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Quality {
+    /// Samples in the window.
+    pub samples: u32,
+    /// Share of the samples of which a reading was clipped.
+    pub clipped_share: f32,
+    /// Largest over smallest eigenvalue of the correlation matrix.
+    pub condition: f32,
+    /// Largest movement of a channel's mean from the first half to the second, in sigmas of the channel.
+    pub drift_sigmas: f32,
+    /// How much larger the slow scale's variance is than the middle scale's makes expect: one for noise without memory.
+    pub slow_variance_ratio: f32,
+}
+
+impl Model {
+    /// Learns from a window. The eigen-solver runs here: outside the sampling interrupt.
+    ///
+    /// # Errors
+    /// [`LearnError`] when the window cannot be learned from.
+    #[inline(never)]
+    pub fn learn(window: &Window, design: &Design) -> Result<(Self, Quality), LearnError> {
+        let [raw, fast, middle, slow] = window.moments;
+        let (raw, fast, middle, slow) =
+            (raw.statistics()?, fast.statistics()?, middle.statistics()?, slow.statistics()?);
+        let clipped_share = window.clipped_share();
+        if !(clipped_share <= CLIPPED_TO) {
+            return Err(LearnError::Clipped);
+        }
+        let drift_sigmas = drift(window, design, &raw, &middle)?;
+        let [of_fast, of_middle, of_slow] = design.scales;
+        let n = window.slots as f32;
+        let (fast, _) = metric(&fast, &of_fast, design)?;
+        let (middle, _) = metric(&middle, &of_middle, design)?;
+        // A window holds few independent samples of the slow scale. Its metric is the middle scale's, for so much less
+        // noise as more averaging leaves; where the window shows more than that, noise has a memory, and it counts.
+        let (mut of_more_averaging, seen) = (middle, slow.covariance.data.0);
+        of_more_averaging.scale_rows([square_root(of_middle.variance_ratio() / of_slow.variance_ratio()); 3]);
+        let excess = of_more_averaging.mean_squares_of(&seen);
+        let mut slow = of_more_averaging;
+        slow.scale_rows(excess.map(|excess| reciprocal_sqrt(excess.max(1.0))));
+        let slow_variance_ratio = excess.iter().sum::<f32>() / 3.0;
+        let (_, condition) = metric(&raw, &Ewma::with_time_constant(0.0, 1.0).unwrap_or(of_fast), design)?;
+        let scale = |metric, scale: &Ewma, of: &Ewma| {
+            Ok::<_, LearnError>(Scale {
+                metric,
+                learned: metric.diagonal(),
+                level: Level::new(design, scale, n, n * of.variance_ratio())?,
+            })
+        };
+        let mut mean = window.centre;
+        for (m, d) in mean.iter_mut().zip(window.moments.get(MIDDLE).map(|m| m.mean()).unwrap_or_default()) {
+            *m += d;
+        }
+        let scales = [
+            scale(fast, &of_fast, &of_fast)?,
+            scale(middle, &of_middle, &of_middle)?,
+            scale(slow, &of_slow, &of_middle)?,
+        ];
+        let model = Model { mean, sigma: raw.sigma().into(), scales };
+        let samples = window.slots;
+        Ok((model, Quality { samples, clipped_share, condition, drift_sigmas, slow_variance_ratio }))
+    }
+
+    /// Mean of each channel, in its unit.
+    #[must_use]
+    pub const fn mean(&self) -> [f32; 3] {
+        self.mean
+    }
+
+    /// Standard deviation of each channel, in its unit.
+    #[must_use]
+    pub const fn sigma(&self) -> [f32; 3] {
+        self.sigma
+    }
+}
+
+/// The metric of smoothed channels, and the condition number of their correlation.
+fn metric(statistics: &Statistics<3>, scale: &Ewma, design: &Design) -> Result<(Triangle<3>, f32), LearnError> {
+    let floored = design.floored(statistics, scale.variance_ratio());
+    let all = ExplainedShare::new(1.0)?;
+    let pca = Pca::of_correlation(&floored.correlation(), all)?;
+    let sigma: [f32; 3] = floored.sigma().into();
+    let (mut rows, variances) = (pca.loadings().data.0, pca.eigenvalues());
+    for (row, variance) in rows.iter_mut().zip(variances.iter()) {
+        let weight = reciprocal_sqrt(variance.max(EIGENVALUE_FLOOR));
+        for (cell, s) in row.iter_mut().zip(sigma) {
+            *cell *= weight / s;
+        }
+    }
+    let condition = variances.max() / variances.min().max(f32::EPSILON);
+    Ok((Triangle::of_rows(rows), condition))
+}
+
+/// How far the mean moved from the first half of the window to the second, in sigmas of the channel that moved most.
+fn drift(window: &Window, design: &Design, raw: &Statistics<3>, middle: &Statistics<3>) -> Result<f32, LearnError> {
+    let whole: [f32; 3] = middle.mean.into();
+    let [_, of_middle, _] = design.scales;
+    let (sigma, smoothed): ([f32; 3], [f32; 3]) = (raw.sigma().into(), middle.sigma().into());
+    // Of the difference of two halves, each with half the window's independent samples.
+    let per_sigma = 2.0 * reciprocal_sqrt((window.slots as f32 * of_middle.variance_ratio()).max(1.0));
+    let mut largest = 0.0;
+    let white = square_root(of_middle.variance_ratio());
+    for (position, ((moved, s), smoothed)) in
+        difference(whole, window.first_half).into_iter().zip(sigma).zip(smoothed).enumerate()
+    {
+        let moved = 2.0 * moved.abs(); // the second half lies as far on the other side
+        // A step inflates what is smoothed more than any noise does.
+        let smoothed = smoothed.min(NOISE_MEMORY * white * s);
+        if moved > DRIFT_SIGMAS * s && moved > DRIFT_STANDARD_ERRORS * per_sigma * smoothed {
+            return Err(LearnError::Drifting(Channel::at(position)));
+        }
+        largest = f32::max(largest, moved / s);
+    }
+    Ok(largest)
+}
+
+impl Triangle<3> {
+    /// The mean of (U y)^2, place by place, for y with this covariance.
+    pub(super) fn mean_squares_of(&self, covariance: &Covariance) -> [f32; 3] {
+        self.rows().map(|row| crate::triangle::inner(row, covariance.map(|column| crate::triangle::inner(row, column))))
+    }
+
+    /// The covariance (U'U)^-1 = U^-1 (U^-1)' that this is the metric of.
+    pub(super) fn covariance(&self) -> Covariance {
+        let [[a, b, c], [_, d, e], [_, _, f]] = self.rows();
+        // Rows of U^-1, which is an upper triangle as well.
+        let (x, y, z) = (1.0 / a, 1.0 / d, 1.0 / f);
+        let inverse = [[x, -b * x * y, (b * e * y - c) * x * z], [0.0, y, -e * y * z], [0.0, 0.0, z]];
+        inverse.map(|row| inverse.map(|other| crate::triangle::inner(row, other)))
+    }
+}

@@ -1,0 +1,141 @@
+//! Sensor loss: a channel whose readings are no readings any more, stand still, or have lost their noise.
+//!
+//! A healthy sensor's reading changes from sample to sample by its own noise. The mean square of those changes is watched: a
+//! stuck sensor's falls to zero, a dying one's collapses, and readings that repeat because the converter is coarse are in
+//! what was learned. No count of repeats has to be chosen.
+
+use core::hint::select_unpredictable;
+
+use super::at_most;
+
+/// Slots of a round: each channel is looked at once in it, so that no slot looks at all of them.
+pub(super) const ROUND: u32 = 4;
+
+/// Weight of the newest change: the mean square then is that of some fifteen.
+const WEIGHT: f32 = 1.0 / 8.0;
+
+/// A stuck channel's mean square falls exponentially, so how long it has stood still is in the logarithm: it is stuck below
+/// mean (least/mean)^6 / 8, of the mean squares seen while learning. Readings of a coarse converter repeat in runs whose
+/// lengths are exponential, and the longest run in years is some five or six times the longest in seconds.
+const RUNS: i32 = 5;
+const STUCK_SHARE: f32 = 0.125;
+
+/// It moves again above so many times that.
+const AGAIN: f32 = 4.0;
+
+/// Readings in a row, as they are looked at, that are none before a sensor counts as lost, and that are fit before it counts as
+/// back: 16 slots.
+const RUN: u32 = 4;
+
+/// Rounds until the mean square has forgotten where it started.
+const WARM_UP: u32 = 64;
+
+/// One channel: the reading before, and the mean square of the changes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Sense {
+    previous: f32,
+    activity: f32,
+}
+
+/// What moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Senses {
+    channels: [Sense; 3],
+    slots: u32,
+}
+
+impl Senses {
+    /// Takes the reading whose turn it is, if it is fit.
+    #[inline(always)]
+    pub(super) fn step(&mut self, fit: [bool; 3], x: [f32; 3]) {
+        let turn = (self.slots % ROUND) as usize;
+        self.slots = self.slots.wrapping_add(1);
+        let Some(((sense, fit), x)) = self.channels.get_mut(turn).zip(fit.get(turn)).zip(x.get(turn)) else { return };
+        let x = select_unpredictable(*fit, *x, sense.previous);
+        let change = x - sense.previous;
+        // What a wild reading leaves behind must be able to fade.
+        let square = at_most(change * change, 1e30);
+        let weight = select_unpredictable(*fit, WEIGHT, 0.0);
+        sense.activity += weight * (square - sense.activity);
+        sense.previous = x;
+    }
+
+    /// The channel that the slot just taken has looked at.
+    #[inline(always)]
+    const fn turn(&self) -> usize {
+        (self.slots.wrapping_sub(1) % ROUND) as usize
+    }
+}
+
+/// What was seen of the activity of each channel while learning.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Activity {
+    least: [f32; 3],
+    mean: [f32; 3],
+    slots: f32,
+}
+
+impl Activity {
+    pub(super) const NONE: Self = Activity { least: [f32::MAX; 3], mean: [0.0; 3], slots: 0.0 };
+
+    pub(super) fn push(&mut self, senses: &Senses) {
+        if senses.slots < WARM_UP * ROUND {
+            return;
+        }
+        self.slots += 1.0;
+        for ((least, mean), sense) in self.least.iter_mut().zip(&mut self.mean).zip(senses.channels) {
+            *least = least.min(sense.activity);
+            *mean += (sense.activity - *mean) / self.slots;
+        }
+    }
+
+    /// Below these a channel is stuck.
+    pub(super) fn stuck_below(&self) -> [f32; 3] {
+        let mut below = self.least;
+        for (below, mean) in below.iter_mut().zip(self.mean) {
+            let share = *below / mean.max(f32::MIN_POSITIVE);
+            *below *= STUCK_SHARE * (0..RUNS).fold(1.0, |power, _| power * share);
+        }
+        below
+    }
+}
+
+/// Which channels are lost, a bit each: the first's is the lowest.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Losses {
+    stuck: u32,
+    silent: u32,
+    /// Readings in a row that were none, up to `RUN`; counted down by those that are fit.
+    unfit: [u32; 3],
+}
+
+impl Losses {
+    /// Judges the channel that the slot has looked at.
+    #[inline(always)]
+    pub(super) fn step(&mut self, fit: [bool; 3], senses: &Senses, stuck_below: &[f32; 3]) {
+        let turn = senses.turn();
+        let seen =
+            senses.channels.get(turn).zip(stuck_below.get(turn)).zip(fit.get(turn).zip(self.unfit.get_mut(turn)));
+        let Some(((sense, level), (fit, run))) = seen else { return };
+        let bit = 1 << turn;
+        let level = select_unpredictable(self.stuck & bit != 0, AGAIN * level, *level);
+        self.stuck = select_unpredictable(sense.activity < level, self.stuck | bit, self.stuck & !bit);
+        *run = select_unpredictable(*fit, run.saturating_sub(1), (*run + 1).min(RUN));
+        let silent = (*run >= RUN) | ((self.silent & bit != 0) & (*run > 0));
+        self.silent = select_unpredictable(silent, self.silent | bit, self.silent & !bit);
+    }
+
+    pub(super) const fn stuck(&self) -> u32 {
+        self.stuck
+    }
+
+    pub(super) const fn silent(&self) -> u32 {
+        self.silent
+    }
+
+    /// Channels that say nothing.
+    #[inline(always)]
+    pub(super) const fn lost(&self) -> u32 {
+        self.stuck | self.silent
+    }
+}

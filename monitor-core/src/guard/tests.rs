@@ -1,0 +1,366 @@
+//! The monitor in `guard` mode as a whole: what it finds, when it is silent, and what bad situations do to it.
+
+use super::*;
+use crate::sample::Channel;
+
+extern crate std;
+use std::vec::Vec;
+
+const MEAN: [f32; 3] = [300.0, 2.0, 10.0];
+const SIGMA: [f32; 3] = [0.1, 0.02, 0.02];
+const SET_POINT: f32 = 300.0;
+
+/// Normal noise, current and voltage correlated.
+struct Motor {
+    seed: u64,
+    mean: [f32; 3],
+}
+
+impl Motor {
+    fn new(seed: u64) -> Self {
+        Motor { seed: seed.wrapping_mul(0x9e37_79b9_7f4a_7c15), mean: MEAN }
+    }
+
+    fn uniform(&mut self) -> f32 {
+        self.seed = self.seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.seed >> 40) as f32 / (1 << 24) as f32
+    }
+
+    fn normal(&mut self) -> f32 {
+        (0..12).map(|_| self.uniform()).sum::<f32>() - 6.0
+    }
+
+    fn sample(&mut self) -> [f32; 3] {
+        let (a, b, c) = (self.normal(), self.normal(), self.normal());
+        let z = [a, b, 0.8 * b + 0.6 * c];
+        core::array::from_fn(|i| self.mean[i] + SIGMA[i] * z[i])
+    }
+}
+
+fn config() -> Config {
+    Config { settle_s: 0.1, seed_s: 0.5, learn_s: 4.0, ..Config::at_rate(1000.0) }
+}
+
+/// A monitor and the motor it watches.
+struct Watch {
+    guard: Guard,
+    motor: Motor,
+    set_point: f32,
+}
+
+impl Watch {
+    fn new(config: &Config, seed: u64) -> Self {
+        Watch { guard: Guard::new(config).unwrap(), motor: Motor::new(seed), set_point: SET_POINT }
+    }
+
+    /// One that has learned, and proven its limits.
+    fn learned(seed: u64) -> Self {
+        let mut watch = Watch::new(&config(), seed);
+        watch.run(14_000, |_, x| x);
+        assert_eq!(watch.guard.verdict().phase(), Phase::Monitoring);
+        watch
+    }
+
+    /// Runs so many slots, samples changed by `change`; returns the verdicts.
+    fn run(&mut self, slots: u32, change: impl Fn(u32, [f32; 3]) -> [f32; 3]) -> Vec<Verdict> {
+        (0..slots)
+            .map(|k| {
+                let x = change(k, self.motor.sample());
+                let verdict = *self.guard.step_channels(self.set_point, x);
+                let _ = self.guard.finish_learning();
+                verdict
+            })
+            .collect()
+    }
+}
+
+/// Moves a reading by so many of its sigmas.
+fn off(channel: Channel, sigmas: f32) -> impl Fn(u32, [f32; 3]) -> [f32; 3] {
+    move |_, mut x| {
+        x[channel.position()] += sigmas * SIGMA[channel.position()];
+        x
+    }
+}
+
+fn first_alarm(verdicts: &[Verdict]) -> Option<usize> {
+    verdicts.iter().position(Verdict::deviates)
+}
+
+#[test]
+fn a_monitor_settles_seeds_learns_and_then_is_silent() {
+    let mut watch = Watch::new(&config(), 1);
+    let verdicts = watch.run(120_000, |_, x| x);
+    let mut phases: Vec<Phase> = verdicts.iter().map(Verdict::phase).collect();
+    phases.dedup();
+    assert_eq!(phases, [Phase::Settling, Phase::Seeding, Phase::Learning, Phase::ModelDue, Phase::Monitoring]);
+    assert!(!verdicts.iter().any(Verdict::alarm));
+    let model = watch.guard.model().unwrap();
+    for i in 0..3 {
+        assert!((model.mean()[i] - MEAN[i]).abs() < 0.1 * SIGMA[i]);
+        assert!((model.sigma()[i] / SIGMA[i] - 1.0).abs() < 0.05);
+    }
+}
+
+#[test]
+fn a_large_shift_is_found_in_a_few_samples_and_one_of_a_quarter_of_a_sigma_in_two_seconds() {
+    for channel in Channel::ALL {
+        let mut watch = Watch::learned(2);
+        watch.run(60_000, |_, x| x);
+        let since = watch.guard.verdict().sample() + 1;
+        let found = first_alarm(&watch.run(2_000, off(channel, 20.0))).unwrap();
+        assert!(found <= 2, "{channel:?}: {found}");
+        assert_eq!(watch.guard.verdict().since(), Some(since + found as u64));
+        let mut watch = Watch::learned(3);
+        watch.run(60_000, |_, x| x);
+        let found = first_alarm(&watch.run(2_000, off(channel, 0.25))).unwrap();
+        assert!(found > 20, "{channel:?}: {found}");
+    }
+}
+
+#[test]
+fn an_alarm_is_withdrawn_as_fast_after_a_huge_fault_as_after_a_small_one() {
+    let clear = |sigmas| {
+        let mut watch = Watch::learned(4);
+        watch.run(5_000, off(Channel::ArmatureVoltage, sigmas));
+        assert!(watch.guard.verdict().deviates(), "{sigmas}");
+        watch.run(2_000, |_, x| x).iter().rposition(Verdict::deviates).unwrap()
+    };
+    for sigmas in [5.0, 50.0, 500.0, 5_000.0] {
+        let slots = clear(sigmas);
+        assert!((20..80).contains(&slots), "{sigmas} sigmas: {slots} slots");
+    }
+}
+
+#[test]
+fn after_an_alarm_the_monitor_finds_the_next_fault() {
+    let mut watch = Watch::learned(5);
+    watch.run(3_000, off(Channel::Speed, 50.0));
+    let between = watch.run(3_000, |_, x| x);
+    assert!(!between.last().unwrap().alarm() && !between.last().unwrap().recovering());
+    assert!(first_alarm(&watch.run(2_000, off(Channel::ArmatureCurrent, 0.4))).is_some());
+}
+
+#[test]
+fn spikes_while_learning_are_clipped_and_reported() {
+    let mut watch = Watch::new(&config(), 6);
+    let spiked = |k: u32, mut x: [f32; 3]| {
+        if k % 100 == 17 {
+            x[1] += 25.0 * SIGMA[1];
+        }
+        x
+    };
+    watch.run(12_000, spiked);
+    let (model, quality) = (watch.guard.model().unwrap(), watch.guard.quality());
+    assert!((model.sigma()[1] / SIGMA[1] - 1.0).abs() < 0.2, "sigma {}", model.sigma()[1]);
+    assert!((0.005..0.02).contains(&quality.clipped_share), "{quality:?}");
+}
+
+#[test]
+fn a_fault_that_begins_while_learning_refuses_the_window_and_names_the_channel() {
+    let mut watch = Watch::new(&config(), 7);
+    watch.run(3_000, |_, x| x);
+    watch.run(2_200, off(Channel::ArmatureCurrent, 2.0));
+    assert_eq!(watch.guard.refused(), Some(LearnError::Drifting(Channel::ArmatureCurrent)));
+    assert_eq!(watch.guard.verdict().phase(), Phase::Seeding, "it has begun again");
+}
+
+#[test]
+fn a_constant_channel_is_refused_and_named() {
+    let mut watch = Watch::new(&config(), 8);
+    watch.run(1_000, |_, [a, b, _]| [a, b, 10.0]);
+    assert_eq!(watch.guard.refused(), Some(LearnError::ConstantChannel(Channel::ArmatureVoltage)));
+}
+
+#[test]
+fn a_known_set_point_is_recalled_and_an_unknown_one_is_learned() {
+    let mut watch = Watch::learned(9);
+    (watch.set_point, watch.motor.mean) = (200.0, [200.0, 1.5, 7.0]);
+    let verdicts = watch.run(14_000, |_, x| x);
+    assert_eq!(verdicts[0].phase(), Phase::Settling);
+    assert!(!verdicts.iter().any(Verdict::alarm));
+    assert_eq!(watch.guard.verdict().phase(), Phase::Monitoring);
+    // Back, through a transient of half a second.
+    (watch.set_point, watch.motor.mean) = (SET_POINT, MEAN);
+    let transient = |k: u32, [a, b, c]: [f32; 3]| {
+        let rest = (-(k as f32) / 150.0).exp();
+        [a - 100.0 * rest, b + 3.0 * rest, c + 2.0 * rest]
+    };
+    let verdicts = watch.run(6_000, transient);
+    assert!(verdicts.iter().all(|v| v.phase() == Phase::Monitoring), "recalled at once");
+    assert!(verdicts[..1_500].iter().any(Verdict::recovering));
+    assert!(!verdicts[4_000..].iter().any(|v| v.alarm() || v.recovering()));
+    let found = first_alarm(&watch.run(2_000, off(Channel::ArmatureVoltage, 2.0))).unwrap();
+    assert!(found < 200, "{found}");
+}
+
+#[test]
+fn nothing_is_learned_at_an_unknown_set_point_that_is_reached_with_a_fault() {
+    let mut watch = Watch::learned(10);
+    watch.run(1_000, off(Channel::ArmatureCurrent, 10.0));
+    watch.set_point = 250.0;
+    let verdicts = watch.run(8_000, off(Channel::ArmatureCurrent, 10.0));
+    assert!(verdicts.iter().all(|v| v.phase() == Phase::Withheld && v.deviates()), "the alarm stands");
+    // At the known one it goes on, and when the fault is gone it is silent, and learns again.
+    watch.set_point = SET_POINT;
+    let verdicts = watch.run(4_000, off(Channel::ArmatureCurrent, 10.0));
+    assert!(verdicts.last().unwrap().deviates());
+    assert!(!watch.run(4_000, |_, x| x).last().unwrap().deviates());
+    watch.set_point = 250.0;
+    watch.run(14_000, |_, x| x);
+    assert_eq!(watch.guard.verdict().phase(), Phase::Monitoring);
+}
+
+#[test]
+fn a_dead_sensor_is_a_verdict_of_its_own_and_the_other_two_are_still_judged() {
+    for (channel, other) in [
+        (Channel::Speed, Channel::ArmatureVoltage),
+        (Channel::ArmatureCurrent, Channel::Speed),
+        (Channel::ArmatureVoltage, Channel::ArmatureCurrent),
+    ] {
+        let position = channel.position();
+        let dead = move |mut x: [f32; 3]| {
+            x[position] = f32::NAN;
+            x
+        };
+        let mut watch = Watch::learned(11);
+        let verdicts = watch.run(5_000, |_, x| dead(x));
+        assert!(verdicts[0].rejected() && !verdicts[0].alarm(), "one reading is no loss");
+        assert_eq!(verdicts[20].losses().collect::<Vec<_>>(), [(channel, Loss::Silent)]);
+        assert!(verdicts[20].alarm() && !verdicts.iter().any(Verdict::deviates));
+        assert!(verdicts[100..].iter().all(|v| v.severity().is_some()), "two are judged");
+        let found = first_alarm(&watch.run(2_000, |k, x| dead(off(other, 3.0)(k, x)))).unwrap();
+        assert!(found < 200, "{channel:?} lost, {other:?} off: {found}");
+        watch.run(2_000, |_, x| dead(x));
+        // It comes back.
+        let verdicts = watch.run(1_000, |_, x| x);
+        assert!(verdicts[100..].iter().all(|v| !v.alarm() && v.severity().is_some()));
+    }
+}
+
+#[test]
+fn a_sensor_that_stands_still_is_stuck_and_a_coarse_converter_is_not() {
+    let mut watch = Watch::learned(12);
+    let held = watch.guard.verdict().readings()[0];
+    let verdicts = watch.run(1_000, |_, [_, b, c]| [held, b, c]);
+    let found = verdicts.iter().position(|v| v.losses().next() == Some((Channel::Speed, Loss::Stuck))).unwrap();
+    assert!(found < 500, "{found}");
+    assert!(!watch.run(1_000, |_, x| x)[200..].iter().any(Verdict::alarm), "it moves again");
+    // Readings that repeat nine times of ten.
+    let step = 0.15;
+    let coarse = |_: u32, [a, b, c]: [f32; 3]| [a, (b / step).round() * step, c];
+    let mut watch = Watch::new(&Config { converter_steps: [0.0, step, 0.0], ..config() }, 13);
+    watch.motor.mean[1] = 2.07;
+    let verdicts = watch.run(60_000, coarse);
+    assert_eq!(verdicts.last().unwrap().phase(), Phase::Monitoring, "{:?}", watch.guard.refused());
+    let alarm = verdicts.iter().find(|v| v.alarm());
+    assert!(alarm.is_none(), "{alarm:?} {:?} {:?}", watch.guard.limits(), watch.guard.model());
+}
+
+#[test]
+fn with_two_sensors_lost_nothing_is_judged_and_nothing_is_poisoned() {
+    let mut watch = Watch::learned(14);
+    let verdicts = watch.run(2_000, |_, [a, _, _]| [a + 100.0, f32::NAN, f32::INFINITY]);
+    assert!(verdicts.iter().all(|v| v.rejected() && !v.deviates()));
+    assert_eq!(verdicts[500].losses().count(), 2);
+    let verdicts = watch.run(5_000, |_, x| x);
+    assert!(!verdicts[200..].iter().any(Verdict::alarm));
+}
+
+#[test]
+fn slots_without_a_sample_are_said_and_change_nothing() {
+    let mut watch = Watch::learned(15);
+    let before = watch.guard.deviation();
+    assert_eq!(watch.guard.skip(Absence::Missing).absent(), Some(Absence::Missing));
+    assert!(watch.guard.verdict().rejected() && watch.guard.deviation() == before);
+    assert_eq!(watch.guard.skip(Absence::Late).absent(), Some(Absence::Late));
+    assert!(!watch.run(1_000, |_, x| x).iter().any(Verdict::alarm));
+}
+
+#[test]
+fn readings_of_any_size_leave_a_monitor_that_works() {
+    let mut watch = Watch::learned(16);
+    for wild in [f32::MAX, -f32::MAX, 1e38, 1e30, 1e-40, f32::NEG_INFINITY, f32::NAN] {
+        watch.run(3, |_, [a, b, _]| [a, b, wild]);
+        let verdicts = watch.run(4_000, |_, x| x);
+        assert!(!verdicts.last().unwrap().alarm(), "after {wild}");
+    }
+    assert!(first_alarm(&watch.run(2_000, off(Channel::Speed, 1.0))).is_some());
+}
+
+#[test]
+fn a_benign_drift_is_followed_and_a_fault_that_grows_as_slowly_is_found_beyond_its_reach() {
+    let drifting = Config { memory_s: 20.0, drift_sigmas: 0.5, ..config() };
+    let ramp = |per_slot: f32, to: f32| {
+        move |k: u32, mut x: [f32; 3]| {
+            x[1] += (k as f32 * per_slot).min(to) * SIGMA[1];
+            x
+        }
+    };
+    // To 0.45 sigmas in 200 s: with the mean as learned, it is found.
+    let watched = |config: &Config, to: f32| {
+        let mut watch = Watch::new(config, 17);
+        watch.run(14_000, |_, x| x);
+        first_alarm(&watch.run(260_000, ramp(0.45 / 200_000.0, to))).is_some()
+    };
+    assert!(!watched(&drifting, 0.45), "followed");
+    assert!(watched(&Config { drift_sigmas: 0.0, ..drifting }, 0.45), "not followed, and so found");
+    assert!(watched(&Config { drift_sigmas: 0.2, ..drifting }, 0.55), "beyond its reach");
+}
+
+#[test]
+fn a_latched_alarm_stands_until_it_is_acknowledged() {
+    let mut watch = Watch::new(&Config { latch: true, ..config() }, 18);
+    watch.run(14_000, |_, x| x);
+    watch.run(500, off(Channel::Speed, 20.0));
+    assert!(watch.run(5_000, |_, x| x).iter().all(Verdict::deviates));
+    watch.guard.acknowledge();
+    assert!(!watch.run(3_000, |_, x| x)[2_500..].iter().any(Verdict::deviates));
+}
+
+#[test]
+fn two_faults_at_once_are_an_alarm_and_leave_a_healthy_monitor_behind() {
+    let mut watch = Watch::learned(19);
+    let verdicts = watch.run(4_000, |k, x| off(Channel::Speed, 8.0)(k, off(Channel::ArmatureVoltage, -6.0)(k, x)));
+    assert!(verdicts[100..].iter().all(Verdict::deviates));
+    assert!(!watch.run(5_000, |_, x| x)[3_000..].iter().any(Verdict::alarm));
+}
+
+#[test]
+fn a_fault_that_begins_inside_the_gate_of_a_known_set_point_is_found_when_it_opens() {
+    let mut watch = Watch::learned(20);
+    (watch.set_point, watch.motor.mean) = (200.0, [200.0, 1.5, 7.0]);
+    watch.run(14_000, |_, x| x);
+    (watch.set_point, watch.motor.mean) = (SET_POINT, MEAN);
+    let verdicts = watch.run(4_000, off(Channel::ArmatureCurrent, 4.0));
+    assert!(verdicts[3_000..].iter().all(Verdict::deviates));
+}
+
+#[test]
+fn settings_that_make_no_sense_are_refused_by_name() {
+    let refused = |change: fn(&mut Config)| {
+        let mut config = config();
+        change(&mut config);
+        Guard::new(&config).unwrap_err()
+    };
+    assert_eq!(refused(|c| c.sample_rate_hz = 0.0), ConfigError::SampleRate);
+    assert_eq!(refused(|c| c.sample_rate_hz = f32::NAN), ConfigError::SampleRate);
+    assert_eq!(refused(|c| c.false_alarms_per_hour = 0.0), ConfigError::FalseAlarmRate);
+    assert_eq!(refused(|c| c.false_alarms_per_hour = f32::NAN), ConfigError::FalseAlarmRate);
+    assert_eq!(refused(|c| c.settle_s = -1.0), ConfigError::SettleTime);
+    assert_eq!(refused(|c| c.seed_s = 0.01), ConfigError::SeedTime);
+    assert_eq!(refused(|c| c.learn_s = 1.0), ConfigError::LearnTime);
+    assert_eq!(refused(|c| c.learn_s = f32::NAN), ConfigError::LearnTime);
+    assert_eq!(refused(|c| c.set_point_tolerance = f32::NAN), ConfigError::SetPointTolerance);
+    assert_eq!(refused(|c| c.time_constants_s = [0.1, 0.05, 1.0]), ConfigError::TimeConstants);
+    assert_eq!(refused(|c| c.time_constants_s[0] = f32::NAN), ConfigError::TimeConstants);
+    assert_eq!(refused(|c| c.converter_steps[2] = -1.0), ConfigError::ConverterStep(Channel::ArmatureVoltage));
+    assert_eq!(refused(|c| c.memory_s = 1.0), ConfigError::Memory);
+    assert_eq!(refused(|c| c.drift_sigmas = f32::NAN), ConfigError::Drift);
+    assert_eq!(refused(|c| c.clear_hold_s = f32::INFINITY), ConfigError::ClearHold);
+}
+
+#[test]
+fn a_monitor_is_as_large_as_it_should_be() {
+    let bytes = core::mem::size_of::<Guard>();
+    assert!(bytes <= 2_048, "{bytes} bytes");
+}

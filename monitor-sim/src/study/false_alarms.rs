@@ -1,0 +1,123 @@
+//! `study false-alarms`: hours of fault-free operation over random motors, each with limits of its own.
+
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+use super::calibrate::Asked;
+use super::flight::{Alarms, fly};
+use super::poisson::interval;
+use super::watch::{Known, Limits, Mode};
+use super::{Findings, Study, StudyError, purpose, seed_of};
+use crate::plant::Plant;
+use crate::random_motor::random_motor;
+use crate::scenario::Scenario;
+use crate::tables::{TextTable, significant};
+
+const SECONDS_PER_HOUR: f64 = 3600.0;
+
+/// The study's settings.
+#[derive(Clone, Debug, Serialize)]
+pub struct FalseAlarms {
+    /// Which monitor.
+    pub mode: Mode,
+    /// Seed of everything.
+    pub seed: u64,
+    /// What the limits are for.
+    pub asked: Asked,
+    /// Random motors.
+    pub motors: u64,
+    /// Hours judged, over all motors.
+    pub hours: f64,
+}
+
+/// What one motor did.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct MotorAlarms {
+    motor_seed: u64,
+    flight_seed: u64,
+    rate_hz: f64,
+    alarms: Alarms,
+    limits: Limits,
+    steps: u64,
+}
+
+/// Limits for a random motor, from fault-free runs with seeds of their own.
+pub(super) fn limits_of(mode: Mode, asked: &Asked, scenario: &Scenario, seed: u64) -> Result<Limits, StudyError> {
+    let known = Known::of(scenario);
+    let healthy = Scenario { duration_s: asked.run_s(&known), ..scenario.without_faults() };
+    mode.limits(&known, asked, |run| Plant::exponential(&healthy, seed_of(seed, purpose::CALIBRATION, run)))
+}
+
+/// Control periods that [`limits_of`] flies for a mode that calibrates.
+pub(super) fn calibration_steps(limits: &Limits, asked: &Asked, scenario: &Scenario) -> u64 {
+    let run = asked.run_s(&Known::of(scenario)) * scenario.rate_hz();
+    if limits.thresholds.is_some() { asked.calibration_runs * run.round() as u64 } else { 0 }
+}
+
+impl Study for FalseAlarms {
+    type Shared = ();
+    type Unit = MotorAlarms;
+    const NAME: &'static str = "false-alarms";
+
+    fn units(&self) -> u64 {
+        self.motors
+    }
+
+    fn prepare(&self) -> Result<(), StudyError> {
+        Ok(())
+    }
+
+    fn unit(&self, (): &(), unit: u64) -> Result<MotorAlarms, StudyError> {
+        let motor_seed = seed_of(self.seed, purpose::MOTOR, unit);
+        let flight_seed = seed_of(motor_seed, purpose::FLIGHT, 0);
+        let motor = random_motor(motor_seed);
+        let limits = limits_of(self.mode, &self.asked, &motor, motor_seed)?;
+        let duration_s = motor.learn.end_s + self.hours * SECONDS_PER_HOUR / self.motors as f64;
+        let scenario = Scenario { duration_s, ..motor };
+        scenario.validate()?;
+        let mut watch = self.mode.watch(&Known::of(&scenario), &limits)?;
+        let mut alarms = Alarms::default();
+        let flown = fly(Plant::exponential(&scenario, flight_seed), watch.as_mut(), |_, _, said| alarms.push(said));
+        let steps = flown + calibration_steps(&limits, &self.asked, &scenario);
+        Ok(MotorAlarms { motor_seed, flight_seed, rate_hz: scenario.rate_hz(), alarms, limits, steps })
+    }
+
+    fn findings(&self, (): &(), units: &[MotorAlarms]) -> Findings {
+        let hours_of = |unit: &MotorAlarms| unit.alarms.judged as f64 / unit.rate_hz / SECONDS_PER_HOUR;
+        let hours: f64 = units.iter().map(hours_of).sum();
+        let alarms: u64 = units.iter().map(|unit| unit.alarms.begun).sum();
+        let stood_s: f64 = units.iter().map(|unit| unit.alarms.stood as f64 / unit.rate_hz).sum();
+        let affected = units.iter().filter(|unit| unit.alarms.begun > 0).count();
+        let [low, high] = interval(alarms).map(|count| count / hours);
+        let rate = alarms as f64 / hours;
+        let total = json!({
+            "row": "total", "motors": units.len(), "motors_with_alarms": affected, "hours": hours, "alarms": alarms,
+            "alarms_per_hour": rate, "alarms_per_hour_low_95": low, "alarms_per_hour_high_95": high,
+            "asked_per_hour": self.asked.false_alarms_per_hour, "alarm_s": stood_s,
+        });
+        let rows = units.iter().map(|unit| {
+            json!({
+                "row": "motor", "motor_seed": unit.motor_seed, "flight_seed": unit.flight_seed,
+                "hours": hours_of(unit), "alarms": unit.alarms.begun,
+                "alarm_s": unit.alarms.stood as f64 / unit.rate_hz, "thresholds": unit.limits.thresholds,
+            })
+        });
+        let header = ["motors", "with alarms", "hours", "alarms", "per hour", "95 % from", "to", "asked for"];
+        let caption = "False alarms of fault-free random motors, with the exact Poisson interval";
+        let row = [
+            units.len().to_string(),
+            affected.to_string(),
+            significant(hours),
+            alarms.to_string(),
+            significant(rate),
+            significant(low),
+            significant(high),
+            significant(self.asked.false_alarms_per_hour),
+        ];
+        Findings {
+            rows: std::iter::once(total).chain(rows).collect(),
+            tables: vec![TextTable::new(caption, header).with_rows([row])],
+            steps: units.iter().map(|unit| unit.steps).sum(),
+        }
+    }
+}

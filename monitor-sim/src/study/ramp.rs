@@ -1,0 +1,129 @@
+//! `study ramp`: the value that a growing fault has reached when it is detected, over seeds, in the motor of figure 1.
+
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+use super::calibrate::Asked;
+use super::false_alarms::{calibration_steps, limits_of};
+use super::faults::{Culprit, figure_1_motor};
+use super::flight::{Episode, fly};
+use super::summary::{Spread, shown};
+use super::watch::{Known, Limits, Mode, Name};
+use super::{Findings, Study, StudyError, purpose, seed_of};
+use crate::fault::FaultProfile;
+use crate::plant::Plant;
+use crate::scenario::Scenario;
+use crate::tables::{TextTable, significant};
+
+/// When the fault grows, s: as long as in the paper's last figure.
+const RAMP_S: [f64; 2] = [20.0, 40.0];
+
+/// The study's settings.
+#[derive(Clone, Debug, Serialize)]
+pub struct Ramp {
+    /// Which monitor.
+    pub mode: Mode,
+    /// Seed of everything.
+    pub seed: u64,
+    /// What the limits are for.
+    pub asked: Asked,
+    /// Flights of each fault.
+    pub seeds: u64,
+    /// Last value of each ramp, as a share of [`Culprit::figure_1_amplitude`].
+    pub size: f64,
+}
+
+/// One flight.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct RampFlight {
+    early: bool,
+    /// The fault's value when the alarm came, in its unit.
+    value: Option<f64>,
+    steps: u64,
+}
+
+impl Ramp {
+    fn culprit(&self, unit: u64) -> &'static Culprit {
+        &Culprit::ALL[(unit / self.seeds) as usize]
+    }
+
+    fn flight_seed(&self, unit: u64) -> u64 {
+        seed_of(self.seed, purpose::FLIGHT, unit % self.seeds)
+    }
+}
+
+impl Study for Ramp {
+    type Shared = Limits;
+    type Unit = RampFlight;
+    const NAME: &'static str = "ramp";
+
+    fn units(&self) -> u64 {
+        Culprit::ALL.len() as u64 * self.seeds
+    }
+
+    fn prepare(&self) -> Result<Limits, StudyError> {
+        limits_of(self.mode, &self.asked, &figure_1_motor(RAMP_S[1]), self.seed)
+    }
+
+    fn unit(&self, limits: &Limits, unit: u64) -> Result<RampFlight, StudyError> {
+        let culprit = self.culprit(unit);
+        let [start_s, end_s] = RAMP_S;
+        let fault = culprit.fault(self.size * culprit.figure_1_amplitude(), FaultProfile::Ramp, start_s, end_s);
+        let scenario = Scenario { faults: vec![fault.clone()], ..figure_1_motor(end_s) };
+        scenario.validate()?;
+        let mut watch = self.mode.watch(&Known::of(&scenario), limits)?;
+        let mut episode = Episode::new(Name::of(culprit.point), start_s, end_s, scenario.rate_hz());
+        let plant = Plant::exponential(&scenario, self.flight_seed(unit));
+        let steps = fly(plant, watch.as_mut(), |index, _, said| episode.push(index, said));
+        let outcome = episode.outcome();
+        Ok(RampFlight { early: outcome.early, value: outcome.detected_s.map(|t_s| fault.value(start_s + t_s)), steps })
+    }
+
+    fn findings(&self, limits: &Limits, units: &[RampFlight]) -> Findings {
+        let header = [
+            "fault",
+            "unit",
+            "flights",
+            "detected",
+            "least",
+            "quartile",
+            "median",
+            "quartile",
+            "greatest",
+            "at the end",
+        ];
+        let mut table = TextTable::new("Value of a growing fault when it is detected, motor of figure 1", header);
+        let mut rows = Vec::new();
+        for (n, flights) in units.chunks(self.seeds as usize).enumerate() {
+            let culprit = &Culprit::ALL[n];
+            let amplitude = self.size * culprit.figure_1_amplitude();
+            let unit = culprit.fault(amplitude, FaultProfile::Ramp, 0.0, 1.0).unit();
+            // A gain or offset below 0 grows downwards: its magnitude is what was reached.
+            let values: Vec<f64> = flights.iter().filter_map(|f| f.value).map(f64::abs).collect();
+            let spread = Spread::of(values.iter().copied());
+            let of = |pick: fn(&Spread) -> f64| shown(spread.as_ref().map(pick));
+            table.rows.push(vec![
+                format!("{} {}", culprit.id, Name::of(culprit.point).words()),
+                unit.to_owned(),
+                flights.len().to_string(),
+                values.len().to_string(),
+                of(|s| s.min),
+                of(|s| s.lower_quartile),
+                of(|s| s.median),
+                of(|s| s.upper_quartile),
+                of(|s| s.max),
+                significant(amplitude.abs()),
+            ]);
+            rows.push(json!({
+                "fault": culprit.id, "point": culprit.point, "kind": culprit.kind, "unit": unit,
+                "amplitude": amplitude, "ramp_s": RAMP_S[1] - RAMP_S[0], "flights": flights.len(),
+                "first_seed": self.flight_seed(0), "early_alarms": flights.iter().filter(|f| f.early).count(),
+                "detected": values.len(), "value_at_detection": spread, "values": values,
+                "thresholds": limits.thresholds,
+            }));
+        }
+        let calibrated = calibration_steps(limits, &self.asked, &figure_1_motor(RAMP_S[1]));
+        let steps = units.iter().map(|unit| unit.steps).sum::<u64>() + calibrated;
+        Findings { rows, tables: vec![table], steps }
+    }
+}

@@ -1,0 +1,79 @@
+//! `monitor-sim study`: makes a study of what was asked for, runs it, prints what it found.
+
+use std::io::Write;
+use std::process::ExitCode;
+
+use monitor_sim::output::{self, PendingFile};
+use monitor_sim::study::delay::Delay;
+use monitor_sim::study::false_alarms::FalseAlarms;
+use monitor_sim::study::localization::Localization;
+use monitor_sim::study::ramp::Ramp;
+use monitor_sim::study::robustness::Robustness;
+use monitor_sim::study::speed::Speed;
+use monitor_sim::study::{self, Run, Study};
+
+use crate::args::study::{ANY_LIMITS, CommonArgs, StudyArgs, StudyCommand};
+use crate::{Failure, json, print, print_all, progress};
+
+pub(crate) fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
+    match &args.study {
+        StudyCommand::FalseAlarms { motors, hours, common } => {
+            let (mode, seed, asked) = common.settings();
+            make(&FalseAlarms { mode, seed, asked, motors: *motors, hours: *hours }, common)
+        }
+        StudyCommand::Delay { seeds, sizes, common } => {
+            let (mode, seed, asked) = common.settings();
+            make(&Delay { mode, seed, asked, seeds: *seeds, sizes: sizes.clone() }, common)
+        }
+        StudyCommand::Ramp { seeds, size, common } => {
+            let (mode, seed, asked) = common.settings();
+            make(&Ramp { mode, seed, asked, seeds: *seeds, size: *size }, common)
+        }
+        StudyCommand::Localization { motors, sizes, constants_off, faults, common } => {
+            let (mode, seed, asked) = common.settings();
+            let (motors, sizes, constants_off, faults) = (*motors, sizes.clone(), *constants_off, *faults);
+            make(&Localization { mode, seed, asked, motors, sizes, constants_off, faults }, common)
+        }
+        StudyCommand::Robustness { motors, size, healthy, common } => {
+            let (mode, seed, asked) = common.settings();
+            let (motors, size, healthy_s) = (*motors, *size, *healthy);
+            make(&Robustness { mode, seed, asked, motors, size, healthy_s }, common)
+        }
+        StudyCommand::Speed { steps, mode, seed, json } => {
+            measure(&Speed { mode: *mode, seed: *seed, asked: ANY_LIMITS, steps: *steps }, *json)
+        }
+    }
+}
+
+fn measure(speed: &Speed, as_json: bool) -> Result<ExitCode, Failure> {
+    let bar = progress(Some(speed.measurements()), "measurements");
+    let report = speed.run(|| bar.inc(1));
+    bar.finish_and_clear();
+    let report = report?;
+    print_all(&if as_json { json(&report)? } else { print::shown(report.table()) })
+}
+
+fn make<S: Study>(study: &S, common: &CommonArgs) -> Result<ExitCode, Failure> {
+    if let (Some(resume), Some(out)) = (&common.resume, &common.out) {
+        if resume == out {
+            return Err(format!("--resume and --out are both '{}'; give them a file each", out.display()).into());
+        }
+        output::spares(resume, out)?;
+    }
+    // Before the work: a long run shall not find out at its end that there is no place for its result.
+    let file = common.out.as_deref().map(PendingFile::create).transpose()?;
+    let bar = progress(Some(study.units()), "units");
+    let run = Run { threads: common.threads.map(|n| n as usize), resume: common.resume.as_deref() };
+    let report = study::run(study, run, |units| bar.inc(units));
+    bar.finish_and_clear();
+    let report = report?;
+    let document = json(&report)?;
+    let written = match file {
+        Some(mut file) => {
+            file.write_all(document.as_bytes()).map_err(|source| file.failed(source))?;
+            Some(file.finish()?)
+        }
+        None => None,
+    };
+    print_all(&if common.json { document } else { print::study(&report, written.as_deref()) })
+}
