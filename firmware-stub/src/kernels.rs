@@ -3,6 +3,7 @@
 //! Host to board: one word, how many requests follow; then the requests, [`REQUEST_WORDS`] words each. Board to host: one
 //! word for each request, a digest of the result, so that the host knows that what was traced is what it computes itself.
 
+use monitor_core::moving_average::MovingAverage;
 use monitor_core::sample::{Bank, PerPair};
 use monitor_core::{Config, Verdict};
 
@@ -60,6 +61,10 @@ kernels! {
     CompensatedFilter = "audit_compensated",
     /// `Compensated<FirstOrder>::step`; input: one number.
     CompensatedFirstOrder = "audit_compensated_first_order",
+    /// `MovingAverage::step`; input: one number.
+    MovingAverage = "audit_moving_average",
+    /// `Ewma::step` of three channels; input: three channels.
+    Ewma = "audit_ewma",
     /// `Model::t2` of a sample, the mean taken off; input: three channels.
     T2 = "audit_t2",
     /// `quantile::upper_normal`; input: the tail probability.
@@ -72,6 +77,8 @@ kernels! {
     T2Limit = "audit_t2_limit",
     /// `limit::filtered_limit`; input: mean, variance and autocorrelation factor, cutoff and sampling rate, interval.
     FilteredLimit = "audit_filtered_limit",
+    /// `limit::smoothed_t2_limit`; input: the time constant in samples, channels, degrees of freedom, interval in samples.
+    SmoothedLimit = "audit_smoothed_limit",
     /// Peer: nalgebra's `SymmetricEigen` 2x2; input as of `Eigen2`.
     NalgebraEigen2 = "audit_nalgebra_eigen2",
     /// Peer: nalgebra's `SymmetricEigen` 3x3; input as of `Eigen3`.
@@ -154,6 +161,12 @@ pub fn config() -> Config {
     // 8 slots to settle; 200 slots of learning, in which three blocks of 64 are merged.
     Config { settle_s: 0.008, learn_s: 0.2, cutoff_hz: 100.0, ..Config::paper(1000.0, Bank { full: 1.8, pairs }) }
 }
+
+/// The moving average that is audited, and the samples that it goes over.
+pub type Average = MovingAverage<16>;
+
+/// Time constant of the exponential smoother that is audited, seconds at a sample each.
+pub const EWMA_SAMPLES: f32 = 64.0;
 
 /// Where the default motor works: rad/s, A, V.
 pub const SET_POINT: f32 = 300.0;

@@ -29,7 +29,7 @@ const CORE_HZ: f64 = 168e6;
 const RATES_HZ: [f64; 2] = [1e3, 10e3];
 
 /// Labels whose proof must hold.
-const PROVEN: [&str; 15] = [
+const PROVEN: [&str; 17] = [
     inputs::MONITORING,
     inputs::SWITCHING,
     inputs::LEARNING,
@@ -44,6 +44,8 @@ const PROVEN: [&str; 15] = [
     inputs::FIRST_ORDER,
     inputs::COMPENSATED,
     inputs::COMPENSATED_FIRST_ORDER,
+    inputs::MOVING_AVERAGE,
+    inputs::EWMA,
     inputs::T2,
 ];
 

@@ -16,7 +16,9 @@ use monitor_core::verdict::Absence;
 use monitor_core::{Monitor, Phase, Verdict};
 use nalgebra::{Matrix2, Matrix3};
 
-pub use filters::{COMPENSATED, COMPENSATED_FIRST_ORDER, FILTER, FIRST_ORDER, filtered, residuals};
+pub use filters::{
+    COMPENSATED, COMPENSATED_FIRST_ORDER, EWMA, FILTER, FIRST_ORDER, MOVING_AVERAGE, filtered, residuals,
+};
 pub use start_up::{AT_START_UP, start_up};
 
 /// A request, what it is counted as, and the answer it must get.

@@ -138,13 +138,14 @@ struct Prover<'a> {
 fn data_bytes(kernel: Kernel) -> u32 {
     match kernel {
         Kernel::Restart | Kernel::ClearWindow | Kernel::FinishLearning | Kernel::WindowEnd | Kernel::Step => 0,
-        Kernel::UpperNormal | Kernel::UpperChiSquare | Kernel::UpperF | Kernel::T2Limit | Kernel::FilteredLimit => 0,
-        Kernel::FirstOrder | Kernel::CompensatedFilter | Kernel::CompensatedFirstOrder => 4,
+        Kernel::UpperNormal | Kernel::UpperChiSquare | Kernel::UpperF | Kernel::T2Limit => 0,
+        Kernel::FilteredLimit | Kernel::SmoothedLimit => 0,
+        Kernel::FirstOrder | Kernel::CompensatedFilter | Kernel::CompensatedFirstOrder | Kernel::MovingAverage => 4,
         Kernel::Filter | Kernel::Biquad | Kernel::CBiquad => 4,
         Kernel::Branching | Kernel::Selecting | Kernel::Indexing | Kernel::Remembering => 4,
         Kernel::Eigen2 | Kernel::Correlation2 | Kernel::NalgebraEigen2 => 4 * 4,
         Kernel::Eigen3 | Kernel::Correlation3 | Kernel::NalgebraEigen3 => 9 * 4,
-        Kernel::Push | Kernel::T2 | Kernel::NalgebraT2 | Kernel::Textbook => 3 * 4,
+        Kernel::Push | Kernel::T2 | Kernel::Ewma | Kernel::NalgebraT2 | Kernel::Textbook => 3 * 4,
         Kernel::CMatrixT2 | Kernel::CTriangleT2 => 3 * 4,
     }
 }

@@ -2,13 +2,12 @@
 //! answer, its ends, and beside each argument everything that they must refuse.
 
 use firmware_stub::kernels::{self, Kernel, Request};
+use monitor_core::ewma::Ewma;
 use monitor_core::limit::{self, Statistic};
 use monitor_core::quantile;
 
 use super::{NASTY, Question};
 
-/// Answers that are within range: the costly ones, some five thousand instructions each.
-const ANSWERED: usize = 240;
 /// Inputs of each function.
 const INPUTS: usize = 1000;
 
@@ -30,16 +29,19 @@ pub struct Function {
     /// One range for each argument; the first is that of a tail, if `of_tail`.
     ranges: &'static [Range],
     of_tail: bool,
+    /// Inputs that are within all ranges: the costly ones.
+    answered: usize,
     host: fn(&[f32; 6]) -> Option<f32>,
 }
 
 /// All of them.
-pub const AT_START_UP: [Function; 5] = [
+pub const AT_START_UP: [Function; 6] = [
     Function {
         kernel: Kernel::UpperNormal,
         label: "upper_normal",
         ranges: &[TAIL],
         of_tail: true,
+        answered: 240,
         host: |a| quantile::upper_normal(a[0]).ok(),
     },
     Function {
@@ -47,6 +49,7 @@ pub const AT_START_UP: [Function; 5] = [
         label: "upper_chi_square",
         ranges: &[TAIL, DEGREES],
         of_tail: true,
+        answered: 240,
         host: |a| quantile::upper_chi_square(a[0], a[1]).ok(),
     },
     Function {
@@ -54,6 +57,7 @@ pub const AT_START_UP: [Function; 5] = [
         label: "upper_f",
         ranges: &[TAIL, DEGREES, [10.0, 1e6]],
         of_tail: true,
+        answered: 240,
         host: |a| quantile::upper_f(a[0], a[1], a[2]).ok(),
     },
     Function {
@@ -61,6 +65,7 @@ pub const AT_START_UP: [Function; 5] = [
         label: "t2_limit",
         ranges: &[TAIL, DEGREES, [60.0, 1e6]],
         of_tail: true,
+        answered: 240,
         host: |a| limit::t2_limit(a[0], a[1] as usize, a[2] as u32).ok(),
     },
     Function {
@@ -68,7 +73,19 @@ pub const AT_START_UP: [Function; 5] = [
         label: "filtered_limit",
         ranges: &[[0.5, 2.0], [0.2, 2.0], [0.5, 4.0], [0.5, 40.0], [1000.0, 2000.0], [100.0, 36_000.0]],
         of_tail: false,
+        answered: 240,
         host: filtered_limit,
+    },
+    Function {
+        kernel: Kernel::SmoothedLimit,
+        label: "smoothed_t2_limit",
+        ranges: &[[0.0, 1e5], [1.0, 3.0], [12.0, 1e5], [1e3, 1e11]],
+        of_tail: false,
+        answered: 48, // seven quantiles each
+        host: |a| {
+            let smoother = Ewma::with_time_constant(a[0], 1.0).ok()?;
+            limit::smoothed_t2_limit(&smoother, a[1] as u8, a[2], a[3]).ok()
+        },
     },
 ];
 
@@ -85,7 +102,7 @@ fn filtered_limit(&[mean, variance, factor, cutoff_hz, sample_rate_hz, interval_
 
 impl Function {
     fn questions(&self) -> Vec<Question> {
-        (0..INPUTS).map(|k| self.question(if k < ANSWERED { self.within(k) } else { self.beside(k) })).collect()
+        (0..INPUTS).map(|k| self.question(if k < self.answered { self.within(k) } else { self.beside(k) })).collect()
     }
 
     /// Both ends of each range and, by golden ratios, what lies between.

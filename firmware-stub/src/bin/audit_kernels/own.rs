@@ -137,7 +137,7 @@ impl Own {
             }
             Kernel::T2 => kernels::digest_of_numbers([audit_t2(&self.distance, &[a, b, c])]),
             kernel if kernel >= Kernel::UpperNormal => start_up::call(request),
-            kernel => self.filters.call(kernel, a),
+            kernel => self.filters.call(kernel, [a, b, c]),
         }
     }
 }

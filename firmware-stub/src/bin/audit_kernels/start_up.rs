@@ -3,6 +3,7 @@
 #![allow(unsafe_code)] // Unmangled names, which the host looks for; nothing else has them.
 
 use firmware_stub::kernels::{self, Kernel, Request};
+use monitor_core::ewma::Ewma;
 use monitor_core::limit::{self, Statistic};
 use monitor_core::quantile;
 
@@ -39,6 +40,13 @@ extern "C" fn audit_filtered_limit(moments: &[f32; 3], cutoff_hz: f32, sample_ra
     found.unwrap_or(f32::NAN)
 }
 
+#[inline(never)]
+#[unsafe(no_mangle)]
+extern "C" fn audit_smoothed_limit(samples: f32, channels: u8, degrees_of_freedom: f32, interval: f32) -> f32 {
+    let Ok(smoother) = Ewma::with_time_constant(samples, 1.0) else { return f32::NAN };
+    limit::smoothed_t2_limit(&smoother, channels, degrees_of_freedom, interval).unwrap_or(f32::NAN)
+}
+
 /// Calls a kernel; returns the digest of its result.
 pub(crate) fn call(request: &Request) -> u32 {
     let [a, b, c, d, e, f, _] = request.numbers();
@@ -48,6 +56,7 @@ pub(crate) fn call(request: &Request) -> u32 {
         Kernel::UpperF => audit_upper_f(a, b, c),
         Kernel::T2Limit => audit_t2_limit(a, b as usize, c as u32),
         Kernel::FilteredLimit => audit_filtered_limit(&[a, b, c], d, e, f),
+        Kernel::SmoothedLimit => audit_smoothed_limit(a, b as u8, c, d),
         _ => return 0,
     };
     kernels::digest_of_numbers([result])
