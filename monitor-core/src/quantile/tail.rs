@@ -62,7 +62,7 @@ impl Tail {
 
     /// Wilson and Hilferty's cube root of a chi-square (1931), at a normal quantile good to 4.5e-4 (Abramowitz and
     /// Stegun 26.2.23).
-    fn start(&self, log_p: f32) -> f32 {
+    pub(super) fn start(&self, log_p: f32) -> f32 {
         let s = libm::sqrtf(-2.0 * log_p);
         let z = s
             - (2.515_517 + s * (0.802_853 + s * 0.010_328)) / (1.0 + s * (1.432_788 + s * (0.189_269 + s * 0.001_308)));

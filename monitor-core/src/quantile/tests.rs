@@ -51,6 +51,24 @@ fn arguments_out_of_range_are_refused_by_name() {
     assert!(upper_f(1e-12, 50.0, f32::MAX).is_ok_and(f32::is_finite));
 }
 
+/// How far Wilson and Hilferty's cube root is from half the quantile, by the same formulas in double precision. Newton's
+/// iteration makes up for a start that is off, so that no quantile would tell.
+#[test]
+fn the_iteration_starts_as_far_from_the_quantile_as_the_cube_root_is() {
+    for (degrees, offs) in [
+        (1.0, [-0.0244, -0.0071, 0.0711, 0.2214, 0.3493]),
+        (3.0, [-0.0059, 0.0024, 0.0348, 0.1037, 0.1667]),
+        (10.0, [-0.0011, 0.0014, 0.0114, 0.0357, 0.0603]),
+        (50.0, [-0.0001, 0.0003, 0.0018, 0.0061, 0.0110]),
+    ] {
+        for (p, off) in [0.1_f32, 1e-2, 1e-4, 1e-8, 1e-12].into_iter().zip(offs) {
+            let start = Tail::chi_square(degrees).start(libm::logf(p));
+            let found = f64::from(start) / (0.5 * f64::from(upper_chi_square(p, degrees).unwrap())) - 1.0;
+            assert!((found - off).abs() < 2e-4, "{found} for {off} at {degrees} degrees, p = {p:e}");
+        }
+    }
+}
+
 /// Tail probabilities over the whole range, evenly in their logarithm.
 fn probability() -> impl Strategy<Value = f32> {
     (-27.6_f32..-2.31).prop_map(libm::expf)
