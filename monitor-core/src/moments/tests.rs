@@ -217,6 +217,32 @@ fn windows_that_hold_more_than_can_be_counted_stay_at_the_largest_count() {
         moments.merge(&twin);
     }
     assert_eq!(moments.samples(), u32::MAX);
+    assert_eq!(moments.weight(), 64.0 * libm::exp2f(40.0), "and still know their weight");
+}
+
+#[test]
+fn deviations_are_taken_from_where_the_mean_is_expected_until_a_window_forgets_and_from_its_mean_then() {
+    let expected = [10.0, -2.0, 0.5];
+    let mut moments = Moments::<3>::around(expected);
+    // There is nothing to forget yet, and no mean.
+    moments.forget(0.5);
+    (0..100).for_each(|_| moments.push([11.0, -4.0, 0.5]));
+    assert_eq!(moments.shift(), expected);
+    moments.forget(0.5);
+    assert_eq!(moments.shift(), [11.0, -4.0, 0.5]);
+}
+
+#[test]
+fn windows_that_have_forgotten_weigh_what_is_left_of_both_when_they_merge() {
+    let forgotten = |samples: usize| {
+        let mut moments = Moments::<3>::around([0.0; 3]);
+        window(samples).into_iter().for_each(|x| moments.push(x));
+        moments.forget(0.5);
+        moments
+    };
+    let mut merged = forgotten(100);
+    merged.merge(&forgotten(200));
+    assert_eq!(merged.samples(), 150);
 }
 
 #[test]
