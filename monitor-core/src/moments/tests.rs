@@ -221,6 +221,14 @@ fn windows_that_hold_more_than_can_be_counted_stay_at_the_largest_count() {
 }
 
 #[test]
+fn a_correlation_matrix_is_symmetric_in_every_bit() {
+    for n in 30..200 {
+        let correlation = learned(&window(n)).unwrap().correlation();
+        assert_eq!(correlation, correlation.transpose(), "{n} samples");
+    }
+}
+
+#[test]
 fn deviations_are_taken_from_where_the_mean_is_expected_until_a_window_forgets_and_from_its_mean_then() {
     let expected = [10.0, -2.0, 0.5];
     let mut moments = Moments::<3>::around(expected);
