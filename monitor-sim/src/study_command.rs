@@ -25,9 +25,10 @@ pub(crate) fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
             let (mode, seed, asked) = common.settings();
             make(&Delay { mode, seed, asked, seeds: *seeds, sizes: sizes.clone() }, common)
         }
-        StudyCommand::Ramp { seeds, size, common } => {
+        StudyCommand::Ramp { seeds, size, ramp, known, common } => {
             let (mode, seed, asked) = common.settings();
-            make(&Ramp { mode, seed, asked, seeds: *seeds, size: *size }, common)
+            let (seeds, size, ramp_s, known_s) = (*seeds, *size, *ramp, *known);
+            make(&Ramp { mode, seed, asked, seeds, size, ramp_s, known_s }, common)
         }
         StudyCommand::Localization { motors, sizes, constants_off, faults, common } => {
             let (mode, seed, asked) = common.settings();

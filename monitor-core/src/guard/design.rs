@@ -40,7 +40,7 @@ pub struct Config {
 
 impl Config {
     /// Settings for a sampling rate: one false alarm in a hundred hours; 2 s to settle, twice 1 s to seed, 15 s to learn;
-    /// time scales of 4 ms, 64 ms and 1 s.
+    /// time scales of 5.5 ms, 75 ms and 2 s.
     #[must_use]
     pub const fn at_rate(sample_rate_hz: f32) -> Self {
         Config {
@@ -50,7 +50,7 @@ impl Config {
             seed_s: 1.0,
             learn_s: 15.0,
             set_point_tolerance: 0.0,
-            time_constants_s: [0.004, 0.064, 1.0],
+            time_constants_s: [0.0055, 0.075, 2.0],
             converter_steps: [0.0; 3],
             memory_s: 600.0,
             drift_sigmas: 0.5,

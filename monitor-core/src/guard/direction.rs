@@ -10,6 +10,7 @@
 
 use heapless::Vec;
 
+use super::at_least;
 use crate::root::square_root;
 use crate::triangle::inner;
 
@@ -116,9 +117,8 @@ pub struct Explanation {
 /// of one to three of them, and an error of up to 20 %, all alike, has a standard deviation of 12 %.
 pub const TOLERANCE_OF_CONSTANTS: f32 = 0.15;
 
-/// Share of a deviation, its length and each reading in sigmas, by which a reading may be off: loops are not quite settled,
-/// and motors not quite linear.
-const SETTLED_TO: f32 = 0.05;
+/// Share of a deviation by which a fault need not fit it.
+const FITS_TO: f32 = 0.05;
 
 /// Largest misfit that is no other fault: a chi-square of three exceeds it once in a thousand.
 const MISFIT_TO: f32 = 16.3;
@@ -133,11 +133,14 @@ pub struct Noise {
     pub covariance: [[f32; 3]; 3],
     /// Standard deviation of single readings of each channel, in its unit: the scale by which a length is a length.
     pub sigma: [f32; 3],
+    /// Share of a deviation, its length and each reading in sigmas, by which a reading may be off: loops are not quite settled,
+    /// and motors not quite linear.
+    pub settled_to: f32,
 }
 
 impl Noise {
-    /// With what a deviation of this length cannot be more exact than.
-    fn of(&self, deviation: [f32; 3]) -> Covariance {
+    /// With a share of the deviation's length by which readings may be off.
+    fn of(&self, deviation: [f32; 3], share: f32) -> Covariance {
         let mut length = 0.0;
         for (z, s) in deviation.into_iter().zip(self.sigma) {
             length += (z / s) * (z / s);
@@ -145,7 +148,7 @@ impl Noise {
         let mut covariance = self.covariance;
         for (i, (column, s)) in covariance.iter_mut().zip(self.sigma).enumerate() {
             if let Some(variance) = column.get_mut(i) {
-                *variance += SETTLED_TO * SETTLED_TO * length * s * s;
+                *variance += share * share * length * s * s;
             }
         }
         covariance
@@ -232,19 +235,29 @@ impl Directions {
     /// What explains a deviation best.
     #[must_use]
     pub fn explain(&self, deviation: [f32; 3], noise: &Noise) -> Finding {
-        let noise = noise.of(deviation);
-        let (mut best, mut next) = (None::<Fit>, None::<Fit>);
-        for fit in self.0.iter().filter_map(|direction| Fit::of(direction, deviation, &noise)) {
-            if best.is_none_or(|best| fit.badness < best.badness) {
-                (best, next) = (Some(fit), best);
-            } else if next.is_none_or(|next| fit.badness < next.badness) {
-                next = Some(fit);
+        let covariance = noise.of(deviation, noise.settled_to);
+        let (mut best, mut next) = (None::<(&Direction, Fit)>, None::<Fit>);
+        for direction in &self.0 {
+            let Some(fit) = Fit::of(direction, deviation, &covariance) else { continue };
+            match best {
+                Some((_, leader)) if leader.badness <= fit.badness => {
+                    next = next.filter(|next| next.badness <= fit.badness).or(Some(fit));
+                }
+                _ => {
+                    next = best.map(|(_, leader)| leader);
+                    best = Some((direction, fit));
+                }
             }
         }
-        let Some(best) = best.filter(|best| best.explanation.misfit <= MISFIT_TO) else { return Finding::Unknown };
-        let Some(next) = next else { return Finding::Fault(best.explanation) };
+        let Some((direction, best)) = best else { return Finding::Unknown };
+        // What still moves must not make a fault that fits better than any other an unknown one.
+        let generous = noise.of(deviation, at_least(noise.settled_to, FITS_TO));
+        let misfit = Fit::of(direction, deviation, &generous).map(|fit| fit.explanation.misfit);
+        let Some(misfit) = misfit.filter(|misfit| *misfit <= MISFIT_TO) else { return Finding::Unknown };
+        let explanation = Explanation { misfit, ..best.explanation };
+        let Some(next) = next else { return Finding::Fault(explanation) };
         let (other, apart) = (next.explanation.cause, 0.5 * (next.badness - best.badness));
-        let explanation = Explanation { runner_up: Some((other, apart)), ..best.explanation };
+        let explanation = Explanation { runner_up: Some((other, apart)), ..explanation };
         if apart < APART_FROM { Finding::Ambiguous(explanation, other) } else { Finding::Fault(explanation) }
     }
 }

@@ -24,6 +24,11 @@ const UNPROVEN: f32 = 1.5;
 /// Most that the tail of a statistic may raise its limit. Beyond, the window was not healthy.
 const RAISED_TO: f32 = 4.0;
 
+/// Share of a deviation that an estimate may be off by when it has just begun, and when it has averaged for long: what the
+/// loop still moves by averages out.
+const SETTLED_TO_AT_FIRST: f32 = 0.05;
+const SETTLED_TO: f32 = 0.01;
+
 /// Deviations count up to so many sigmas, far beyond any fault, so that no number leaves the range of `f32`.
 const REACH_SIGMAS: f32 = 1e6;
 
@@ -123,8 +128,8 @@ struct Images {
     fast: [f32; 3],
     middle: [f32; 3],
     estimate: [f32; 3],
-    /// The sample in the metric of the slow scale, to see whether the fault is gone.
-    sample: [f32; 3],
+    /// The estimate in the metric of the middle scale, to see whether the fault is gone or has moved.
+    estimate_by_middle: [f32; 3],
 }
 
 impl Judge {
@@ -158,7 +163,7 @@ impl Judge {
         let (deviation, held) = self.deviation(fit, x); //                                      from the mean (1.7)
         of_fast.step(held, &mut self.fast, deviation); //                                       smooth
         of_middle.step(held, &mut self.middle, deviation);
-        let images = self.images(deviation);
+        let images = self.images();
         let severity = self.severity(&images); //                                               (1.6), over the limits
         let gone = select_unpredictable(held, 0.0, self.gone(design, &images));
         let Outcome { up: now, new, recovering } = self.alarm.step(rules, up, &Evidence { severity, gone });
@@ -189,12 +194,12 @@ impl Judge {
     }
 
     #[inline(always)]
-    fn images(&self, deviation: [f32; 3]) -> Images {
+    fn images(&self) -> Images {
         Images {
             fast: self.image(FAST, self.fast),
             middle: self.image(MIDDLE, self.middle),
             estimate: self.image(SLOW, self.estimate),
-            sample: self.image(SLOW, deviation),
+            estimate_by_middle: self.image(MIDDLE, self.estimate),
         }
     }
 
@@ -222,12 +227,13 @@ impl Judge {
 
     /// ln of the likelihood of the sample where the fault is gone over that where it stands as estimated.
     ///
-    /// Of a deviation d and an estimate f it is |f|^2/2 - d'f in the metric of one sample: the slow scale's, whose
-    /// covariance is that of the noise with its memory, times the slow scale's averaging.
+    /// Of a deviation y and an estimate f it is |f|^2/2 - y'f. Of the middle scale and by its metric, so that noise counts by
+    /// its memory; one sample is the share of it that a sample has in what that scale averages.
     #[inline(always)]
     fn gone(&self, design: &Design, images: &Images) -> f32 {
-        let [_, _, of_slow] = &design.scales;
-        (0.5 * square(images.estimate) - inner(images.sample, images.estimate)) * of_slow.variance_ratio()
+        let [_, of_middle, _] = &design.scales;
+        let estimate = images.estimate_by_middle;
+        (0.5 * square(estimate) - inner(images.middle, estimate)) * of_middle.variance_ratio()
     }
 
     /// Moves the slow scale.
@@ -267,7 +273,7 @@ impl Judge {
             self.steady = select_unpredictable(moving, 0, self.steady.saturating_add(2));
             return false;
         }
-        let before = self.image(MIDDLE, self.estimate);
+        let before = images.estimate_by_middle;
         let far = differ(per_middle, images.middle, before);
         self.still = select_unpredictable(far, 0, self.still.saturating_add(2));
         // Nearer to health than to the estimate, it is on its way out.
@@ -364,6 +370,9 @@ impl Judge {
                 }
             }
         }
-        Noise { covariance, sigma: self.known.model.sigma }
+        let [_, of_middle, _] = &design.scales;
+        let young = self.gain / of_middle.weight();
+        let settled_to = SETTLED_TO + (SETTLED_TO_AT_FIRST - SETTLED_TO) * at_most(young, 1.0);
+        Noise { covariance, sigma: self.known.model.sigma, settled_to }
     }
 }

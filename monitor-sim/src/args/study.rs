@@ -8,7 +8,7 @@ use monitor_sim::study::calibrate::Asked;
 use monitor_sim::study::localization::Faults;
 use monitor_sim::study::watch::Mode;
 
-use super::positive;
+use super::{not_negative, positive};
 
 pub(crate) const EXAMPLES: &str = "\
 Examples:
@@ -108,6 +108,12 @@ pub(crate) enum StudyCommand {
         /// Last value of the ramps, in shares of the faults of figure 1
         #[arg(long, value_name = "X", default_value_t = 1.0, allow_negative_numbers = true, value_parser = positive)]
         size: f64,
+        /// How long the ramps take to their last value, s
+        #[arg(long, value_name = "S", default_value_t = 20.0, allow_negative_numbers = true, value_parser = positive)]
+        ramp: f64,
+        /// How long the healthy motor has been watched before the ramp begins, s
+        #[arg(long, value_name = "S", default_value_t = 0.0, allow_negative_numbers = true, value_parser = not_negative)]
+        known: f64,
         #[command(flatten)]
         common: CommonArgs,
     },
@@ -151,7 +157,7 @@ pub(crate) enum StudyCommand {
         #[arg(long, value_name = "N", default_value_t = 2_000_000, allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
         steps: u64,
         /// Which monitor is measured
-        #[arg(long, value_enum, default_value_t = Mode::Paper)]
+        #[arg(long, value_enum, default_value_t = Mode::Guard)]
         mode: Mode,
         /// Seed of the random motor and the noise
         #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
@@ -173,7 +179,7 @@ fn share(text: &str) -> Result<f64, String> {
 #[derive(Debug, Args)]
 pub(crate) struct CommonArgs {
     /// Which monitor is studied
-    #[arg(long, value_enum, default_value_t = Mode::Paper)]
+    #[arg(long, value_enum, default_value_t = Mode::Guard)]
     pub(crate) mode: Mode,
     /// False alarms per hour that the limits are set for
     #[arg(long, value_name = "RATE", default_value_t = 0.1, allow_negative_numbers = true, value_parser = positive)]

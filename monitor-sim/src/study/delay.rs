@@ -25,6 +25,9 @@ use crate::tables::{TextTable, significant};
 const FAULT_S: [f64; 2] = [20.0, 30.0];
 const FLIGHT_S: f64 = 45.0;
 
+/// The same in white noise, which is about what can be seen at all: the monitor has watched it for half an hour.
+const WHITE_FAULT_S: [f64; 2] = [1800.0, 1820.0];
+
 /// The last seconds of the fault, over which its settled effect is measured, s.
 const SETTLED_S: f64 = 2.0;
 
@@ -95,7 +98,7 @@ impl Delay {
         let scenario = Scenario { faults, ..figure_1_motor(FLIGHT_S) };
         scenario.validate()?;
         let known = Known::of(&scenario);
-        self.flight(&known, limits, Name::of(culprit.point), Plant::exponential(&scenario, seed))
+        self.flight(&known, limits, Name::of(culprit.point), FAULT_S, Plant::exponential(&scenario, seed))
     }
 
     fn flight(
@@ -103,9 +106,9 @@ impl Delay {
         known: &Known,
         limits: &Limits,
         right: Name,
+        [start_s, end_s]: [f64; 2],
         samples: impl Iterator<Item = crate::plant::PlantSample>,
     ) -> Result<DelayFlight, StudyError> {
-        let [start_s, end_s] = FAULT_S;
         let mut watch = self.mode.watch(known, limits)?;
         let mut episode = Episode::new(right, start_s, end_s, known.rate_hz);
         let (mut learning, mut settled) = (Moments::default(), Moments::default());
@@ -164,8 +167,9 @@ impl Study for Delay {
             Unit::Loop(culprit, size) => self.in_loop(&culprit, size, &limits.motor, seed),
             Unit::White(shift) => {
                 let Known { settle_s, learn_s, .. } = Known::of(&figure_1_motor(FLIGHT_S));
-                let noise = WhiteNoise::new(seed, FLIGHT_S, shift, FAULT_S);
-                self.flight(&white::known(settle_s, learn_s), &limits.white, Name::SpeedSensor, noise)
+                let [_, end_s] = WHITE_FAULT_S;
+                let noise = WhiteNoise::new(seed, end_s + SETTLED_S, shift, WHITE_FAULT_S);
+                self.flight(&white::known(settle_s, learn_s), &limits.white, Name::SpeedSensor, WHITE_FAULT_S, noise)
             }
         }
     }

@@ -15,8 +15,8 @@ use crate::plant::Plant;
 use crate::scenario::Scenario;
 use crate::tables::{TextTable, significant};
 
-/// When the fault grows, s: as long as in the paper's last figure.
-const RAMP_S: [f64; 2] = [20.0, 40.0];
+/// When the first ramp may begin, s: learning ends at 15.5 s.
+const BEGIN_S: f64 = 20.0;
 
 /// The study's settings.
 #[derive(Clone, Debug, Serialize)]
@@ -31,6 +31,10 @@ pub struct Ramp {
     pub seeds: u64,
     /// Last value of each ramp, as a share of [`Culprit::figure_1_amplitude`].
     pub size: f64,
+    /// How long a ramp takes to its last value, s.
+    pub ramp_s: f64,
+    /// How long the monitor has watched the healthy motor before, s.
+    pub known_s: f64,
 }
 
 /// One flight.
@@ -45,6 +49,17 @@ pub struct RampFlight {
 impl Ramp {
     fn culprit(&self, unit: u64) -> &'static Culprit {
         &Culprit::ALL[(unit / self.seeds) as usize]
+    }
+
+    /// Beginning and end of the ramp, s.
+    fn interval_s(&self) -> [f64; 2] {
+        let start_s = BEGIN_S + self.known_s;
+        [start_s, start_s + self.ramp_s]
+    }
+
+    fn motor(&self) -> Scenario {
+        let [_, end_s] = self.interval_s();
+        figure_1_motor(end_s)
     }
 
     fn flight_seed(&self, unit: u64) -> u64 {
@@ -62,14 +77,14 @@ impl Study for Ramp {
     }
 
     fn prepare(&self) -> Result<Limits, StudyError> {
-        limits_of(self.mode, &self.asked, &figure_1_motor(RAMP_S[1]), self.seed)
+        limits_of(self.mode, &self.asked, &self.motor(), self.seed)
     }
 
     fn unit(&self, limits: &Limits, unit: u64) -> Result<RampFlight, StudyError> {
         let culprit = self.culprit(unit);
-        let [start_s, end_s] = RAMP_S;
+        let [start_s, end_s] = self.interval_s();
         let fault = culprit.fault(self.size * culprit.figure_1_amplitude(), FaultProfile::Ramp, start_s, end_s);
-        let scenario = Scenario { faults: vec![fault.clone()], ..figure_1_motor(end_s) };
+        let scenario = Scenario { faults: vec![fault.clone()], ..self.motor() };
         scenario.validate()?;
         let mut watch = self.mode.watch(&Known::of(&scenario), limits)?;
         let mut episode = Episode::new(Name::of(culprit.point), start_s, end_s, scenario.rate_hz());
@@ -116,13 +131,13 @@ impl Study for Ramp {
             ]);
             rows.push(json!({
                 "fault": culprit.id, "point": culprit.point, "kind": culprit.kind, "unit": unit,
-                "amplitude": amplitude, "ramp_s": RAMP_S[1] - RAMP_S[0], "flights": flights.len(),
+                "amplitude": amplitude, "ramp_s": self.ramp_s, "known_s": self.known_s, "flights": flights.len(),
                 "first_seed": self.flight_seed(0), "early_alarms": flights.iter().filter(|f| f.early).count(),
                 "detected": values.len(), "value_at_detection": spread, "values": values,
                 "thresholds": limits.thresholds,
             }));
         }
-        let calibrated = calibration_steps(limits, &self.asked, &figure_1_motor(RAMP_S[1]));
+        let calibrated = calibration_steps(limits, &self.asked, &self.motor());
         let steps = units.iter().map(|unit| unit.steps).sum::<u64>() + calibrated;
         Findings { rows, tables: vec![table], steps }
     }

@@ -17,7 +17,7 @@ fn noise(samples: f32) -> Noise {
     for (i, (column, sigma)) in covariance.iter_mut().zip(SIGMA).enumerate() {
         column[i] = sigma * sigma / samples;
     }
-    Noise { covariance, sigma: SIGMA }
+    Noise { covariance, sigma: SIGMA, settled_to: 0.01 }
 }
 
 fn directions() -> Directions {
@@ -172,7 +172,7 @@ proptest! {
         deviation in prop::array::uniform3(any::<f32>()), covariance in prop::array::uniform3(prop::array::uniform3(any::<f32>())),
         sigma in prop::array::uniform3(any::<f32>()),
     ) {
-        let said = directions().explain(deviation, &Noise { covariance, sigma });
+        let said = directions().explain(deviation, &Noise { covariance, sigma, settled_to: 0.01 });
         if let Finding::Fault(found) | Finding::Ambiguous(found, _) = said {
             prop_assert!(found.size.is_finite() && found.misfit.is_finite(), "{:?}", found);
         }
