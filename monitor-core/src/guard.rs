@@ -43,6 +43,9 @@ pub const SCALES: usize = 3;
 /// Set points whose models are kept.
 const BANK: usize = 4;
 
+/// Slots in a row without a sample that are a gap: as long as a sensor may say nothing.
+const GAP: u32 = 16;
+
 /// Sigmas of the first seeding window at which the second is clipped.
 const SEED_CLIP_SIGMAS: f32 = 4.0;
 
@@ -75,6 +78,8 @@ pub struct Guard {
     rules: Rules,
     senses: Senses,
     stage: Stage,
+    /// Slots in a row that had no sample.
+    gap: u32,
     bank: Bank,
     quality: Quality,
     refused: Option<LearnError>,
@@ -121,6 +126,7 @@ impl Guard {
             design,
             senses: Senses::default(),
             stage: Stage::Settling(None),
+            gap: 0,
             bank: Bank::default(),
             quality: Quality::default(),
             refused: None,
@@ -146,6 +152,7 @@ impl Guard {
     #[inline(never)]
     fn slot(&mut self, set_point: f32, a: f32, b: f32, c: f32) -> &Verdict {
         let x = [a, b, c];
+        self.gap = 0;
         self.verdict.sample = self.verdict.sample.wrapping_add(1);
         self.verdict.readings = x;
         if let Stage::Judging(judge) = &mut self.stage
@@ -160,8 +167,17 @@ impl Guard {
 
     /// Lets a slot of the sampling clock go by that has no sample of its own, and says so.
     pub fn skip(&mut self, why: Absence) -> &Verdict {
-        self.step_channels(self.gate.reference(), [f32::NAN; 3]);
-        self.verdict.standing = self.verdict.standing.absent(why);
+        let gap = self.gap.saturating_add(1);
+        if let Stage::Judging(_) = self.stage {
+            // It says nothing of the sensors either.
+            self.verdict.sample = self.verdict.sample.wrapping_add(1);
+            self.verdict.readings = [f32::NAN; 3];
+            self.verdict.standing = self.verdict.standing.unsampled();
+        } else {
+            self.step_channels(self.gate.reference(), [f32::NAN; 3]);
+        }
+        self.gap = gap;
+        self.verdict.standing = self.verdict.standing.absent(why, gap >= GAP);
         &self.verdict
     }
 

@@ -274,6 +274,13 @@ fn slots_without_a_sample_are_said_and_change_nothing() {
     assert!(watch.guard.verdict().rejected() && watch.guard.deviation() == before);
     assert_eq!(watch.guard.skip(Absence::Late).absent(), Some(Absence::Late));
     assert!(!watch.run(1_000, |_, x| x).iter().any(Verdict::alarm));
+    // Every other one missing is no lost sensor; sixteen in a row are a gap.
+    for _ in 0..1_000 {
+        assert!(!watch.guard.skip(Absence::Missing).alarm() && !watch.run(1, |_, x| x)[0].alarm());
+    }
+    let gaps = (0..20).filter(|_| watch.guard.skip(Absence::Missing).gap()).count();
+    assert!(gaps == 5 && watch.guard.verdict().alarm() && watch.guard.verdict().losses().next().is_none());
+    assert!(!watch.run(1_000, |_, x| x).iter().any(Verdict::alarm));
 }
 
 #[test]

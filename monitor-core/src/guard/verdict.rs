@@ -48,6 +48,7 @@ const SILENT_SHIFT: u32 = 7;
 const LATE: u32 = 1 << 10;
 const MISSING: u32 = 1 << 11;
 const SET_POINT: u32 = 1 << 12;
+const GAP: u32 = 1 << 13;
 
 impl Standing {
     #[inline(always)]
@@ -70,14 +71,17 @@ impl Standing {
         Standing(self.0 & !ALARM)
     }
 
-    pub(super) const fn absent(self, why: Absence) -> Self {
-        Standing(
-            self.0
-                | match why {
-                    Absence::Late => LATE,
-                    Absence::Missing => MISSING,
-                },
-        )
+    /// The same of a slot without a sample.
+    pub(super) const fn unsampled(self) -> Self {
+        Standing(self.0 & !(LATE | MISSING | GAP | SET_POINT) | HELD)
+    }
+
+    pub(super) const fn absent(self, why: Absence, gap: bool) -> Self {
+        let why = match why {
+            Absence::Late => LATE,
+            Absence::Missing => MISSING,
+        };
+        Standing(self.0 | why | if gap { GAP } else { 0 })
     }
 
     pub(super) const fn without_set_point(self) -> Self {
@@ -119,10 +123,17 @@ impl Verdict {
         self.readings
     }
 
-    /// Whether something is wrong: what drives a fault output. A lost sensor is wrong too.
+    /// Whether something is wrong: what drives a fault output. A lost sensor is wrong too, and a gap in the samples.
     #[must_use]
-    pub fn alarm(&self) -> bool {
-        self.standing.alarm() || self.losses().any(|_| true)
+    pub const fn alarm(&self) -> bool {
+        const LOSSES: u32 = 0b11_1111 << STUCK_SHIFT;
+        self.standing.any(ALARM | GAP | LOSSES)
+    }
+
+    /// Whether samples have been missing for so many slots in a row that the motor is not watched.
+    #[must_use]
+    pub const fn gap(&self) -> bool {
+        self.standing.any(GAP)
     }
 
     /// Whether the motor behaves otherwise than it was learned to.

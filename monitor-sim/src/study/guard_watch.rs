@@ -51,7 +51,8 @@ impl GuardWatch {
             let (name, size) = named(&self.guard.finding(&self.directions));
             return Said { judged, alarm, name, size };
         }
-        Said { judged, alarm, name: verdict.losses().next().map(|_| Name::SensorLoss), size: None }
+        let lost = verdict.gap() || verdict.losses().next().is_some();
+        Said { judged, alarm, name: lost.then_some(Name::SensorLoss), size: None }
     }
 }
 
