@@ -264,6 +264,10 @@ fn a_clip_moves_spikes_to_its_reach_and_leaves_everything_else() {
     assert!(clipped && moved[0] == a && moved[1] == b + reach[1] && moved[2] == c - reach[2]);
     assert!(clip.apply([f32::NAN, b, c]).0[0].is_nan());
     assert_eq!(clip.apply([f32::INFINITY, b, c]), ([a + reach[0], b, c], true));
+    for end in [b - reach[1], b + reach[1]] {
+        assert_eq!(clip.apply([a, end, c]), ([a, end, c], false), "a reading at the end of its reach is within");
+    }
+    assert_eq!(clip.apply([a, b - 5.0, c]), ([a, b - reach[1], c], true), "a spike downwards alone is told as well");
 }
 
 #[test]

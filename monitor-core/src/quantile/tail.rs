@@ -124,7 +124,7 @@ fn ln_gamma(b: f32) -> f32 {
 
 /// What Stirling's formula for ln Gamma(a) lacks, by 1/a up to 1/5; the first term left out is below 8e-9 there
 /// (Abramowitz and Stegun 6.1.41).
-fn stirling(inverse: f32) -> f32 {
+pub(super) fn stirling(inverse: f32) -> f32 {
     let square = inverse * inverse;
     inverse * (1.0 / 12.0 - square * (1.0 / 360.0 - square * (1.0 / 1260.0)))
 }

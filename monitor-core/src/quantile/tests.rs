@@ -69,6 +69,13 @@ fn the_iteration_starts_as_far_from_the_quantile_as_the_cube_root_is() {
     }
 }
 
+#[test]
+fn what_stirlings_formula_lacks_at_five_is_known_to_1e_8() {
+    // ln Gamma(5) = ln 24.
+    let formula = 4.5 * libm::log(5.0) - 5.0 + 0.5 * libm::log(core::f64::consts::TAU);
+    assert!((f64::from(tail::stirling(0.2)) - (libm::log(24.0) - formula)).abs() < 1e-8);
+}
+
 /// Tail probabilities over the whole range, evenly in their logarithm.
 fn probability() -> impl Strategy<Value = f32> {
     (-27.6_f32..-2.31).prop_map(libm::expf)
