@@ -1,6 +1,7 @@
 //! Promise: in `paper` mode the monitor reproduces the paper's tables, with the thresholds that are committed.
 
-use monitor_sim::mission::{Faults, Flight, fly};
+use monitor_sim::mission::Faults;
+use monitor_sim::mission::paper::{Flight, fly};
 use monitor_sim::paper::{TABLE_1, TABLE_2, counterpart};
 use monitor_sim::scenario::Scenario;
 use monitor_sim::score::{FaultScore, Method};

@@ -1,6 +1,7 @@
 //! Promise: the tables in the README are what the main job prints.
 
-use monitor_sim::mission::{Faults, Mission};
+use monitor_sim::mission::Faults;
+use monitor_sim::mission::paper::Mission;
 use monitor_sim::output::OutputDir;
 use monitor_sim::scenario::Scenario;
 use monitor_sim::settings::PaperSettings;

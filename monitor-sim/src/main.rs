@@ -1,26 +1,22 @@
 //! The command line of the simulator: reads what is asked for, runs it, prints what came of it.
 
 mod args;
+mod mission_command;
 mod print;
+mod replay_command;
 mod study_command;
 
 use std::io::{IsTerminal, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
-use args::{Cli, Command, MissionArgs, ReplayArgs, TuneArgs};
+use args::{Cli, Command, TuneArgs};
 use clap::Parser;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use monitor_sim::log::{ColumnRef, LogOptions};
-use monitor_sim::mission::Mission;
-use monitor_sim::names::ChannelNames;
-use monitor_sim::output::{self, OutputDir, PendingFile};
-use monitor_sim::replay::{Learn, Limits, Replay};
+use monitor_sim::output::{self, PendingFile};
 use monitor_sim::scenario::Scenario;
 use monitor_sim::settings::PaperSettings;
-use monitor_sim::trace::TraceWriter;
 use monitor_sim::tune::Tune;
-use monitor_sim::{mission_page, replay_page};
 
 type Failure = Box<dyn std::error::Error>;
 
@@ -30,8 +26,8 @@ const WRONG_INPUT: u8 = 2;
 fn main() -> ExitCode {
     let cli = Cli::parse();
     let done = match cli.command {
-        None => fly(&cli.mission),
-        Some(Command::Replay(args)) => replay(&args),
+        None => mission_command::run(&cli.mission),
+        Some(Command::Replay(args)) => replay_command::run(&args),
         Some(Command::Tune(args)) => tune(&args),
         Some(Command::Study(args)) => study_command::run(&args),
         Some(Command::Scenario) => print_all(monitor_sim::scenario::FIGURE_1_TOML),
@@ -40,70 +36,6 @@ fn main() -> ExitCode {
         eprintln!("error: {failure}");
         ExitCode::from(WRONG_INPUT)
     })
-}
-
-/// The main job.
-fn fly(args: &MissionArgs) -> Result<ExitCode, Failure> {
-    let mission = Mission {
-        scenario: scenario(args.scenario.as_deref())?,
-        settings: settings(args.limits.as_deref())?,
-        seed: args.seed,
-        faults: args.faults,
-    };
-    let out = OutputDir::prepare(&args.out)?;
-    let bar = progress(Some(mission.samples()), "samples");
-    let flights = mission.fly(&out, |samples| bar.inc(samples))?;
-    bar.finish_and_clear();
-    let mut report = flights.report(&mission);
-    let page = mission_page::page(&mission, &flights, &report)?;
-    report.files.insert(0, out.write("mission.html", &page)?);
-    print_all(&if args.json { json(&report)? } else { print::mission(&mission, &report) })
-}
-
-fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
-    let limits = match &args.limits {
-        Some(path) => Some(settings(Some(path))?),
-        None => None,
-    };
-    let defaults = PaperSettings::default_motor()?;
-    let learn = match (&args.learn, &args.baseline) {
-        (Some(window), _) => Learn::Window(*window),
-        (None, Some(path)) => Learn::Stored(Box::new(parsed(path, "baseline")?)),
-        (None, None) => return Err("give --learn A..B or --baseline FILE".into()),
-    };
-    let replay = Replay {
-        path: args.log.clone(),
-        channels: channels(args)?,
-        set_point: args.set_point.clone(),
-        log: LogOptions { delimiter: args.delimiter },
-        rate_hz: args.rate_hz,
-        learn,
-        recall: args.recall,
-        settle_s: args.settle,
-        relearn_s: args.relearn,
-        set_point_tolerance: args.set_point_tolerance,
-        cutoff_hz: limits.as_ref().map(|l| l.cutoff_hz).or(args.cutoff_hz),
-        hysteresis: limits.as_ref().map_or(defaults.hysteresis, |l| l.hysteresis),
-        explained_share: limits.as_ref().map_or(defaults.explained_share, |l| l.explained_share),
-        limits: limits.map_or(Limits::FromLearning { margin: args.margin }, |l| Limits::Fixed(l.thresholds)),
-        injections: args.inject.clone(),
-    };
-    let out = OutputDir::prepare(&args.out)?;
-    out.spares(&args.log, &["replay.csv", "replay.html", "baseline.toml"])?;
-    let bar = progress(replay.bytes(), "bytes");
-    let replayed = replay.run(
-        |names| (!args.no_trace).then(|| TraceWriter::create(&out, "replay.csv", names)).transpose(),
-        |bytes| bar.set_position(bytes),
-    );
-    bar.finish_and_clear();
-    let mut replayed = replayed?;
-    let page = replay_page::page(&replay, &replayed)?;
-    replayed.report.files.insert(0, out.write("replay.html", &page)?);
-    if args.baseline.is_none() {
-        replayed.report.files.push(out.write("baseline.toml", &replayed.baseline.to_toml()?)?);
-    }
-    print_all(&if args.json { json(&replayed.report)? } else { print::replay(&replayed) })?;
-    Ok(ExitCode::from(replayed.report.exit))
 }
 
 fn tune(args: &TuneArgs) -> Result<ExitCode, Failure> {
@@ -154,25 +86,6 @@ fn parsed<T: serde::de::DeserializeOwned>(path: &Path, what: &str) -> Result<T, 
 
 fn read(path: &Path, what: &str) -> Result<String, Failure> {
     Ok(std::fs::read_to_string(path).map_err(|e| format!("cannot read the {what} file '{}': {e}", path.display()))?)
-}
-
-/// The three channels: those of the motor, or three of the user's own.
-fn channels(args: &ReplayArgs) -> Result<[(String, ColumnRef); 3], Failure> {
-    if let (Some(speed), Some(current), Some(voltage)) = (&args.speed, &args.current, &args.voltage) {
-        let [a, b, c] = ChannelNames::motor().0;
-        return Ok([(a, speed.clone()), (b, current.clone()), (c, voltage.clone())]);
-    }
-    let given = args.channel.len();
-    let channels: [(String, ColumnRef); 3] = args.channel.clone().try_into().map_err(|_| {
-        format!(
-            "three channels are needed, {given} given: repeat --channel NAME=COL, or use --speed, --current, --voltage"
-        )
-    })?;
-    let [(a, _), (b, _), (c, _)] = &channels;
-    if a == b || b == c || a == c {
-        return Err("two channels have the same name: give each --channel a name of its own".into());
-    }
-    Ok(channels)
 }
 
 /// A bar on a terminal, nothing elsewhere.

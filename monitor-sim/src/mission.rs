@@ -1,27 +1,22 @@
-//! The main job: fly a scenario through the monitor, sample by sample, and score what it said.
+//! The main job: fly a scenario through a monitor, sample by sample, and score what it said.
+//!
+//! What both modes share is here; each has its own monitor, tables and report in a module of its own.
 
-use std::path::PathBuf;
-use std::time::Instant;
-
-use monitor_core::event::Event;
 use monitor_core::sample::Sample;
 use monitor_core::units::{Amperes, RadPerSec, Volts};
-use monitor_core::verdict::Absence;
-use monitor_core::{Baseline, EventLog, Monitor, Phase, Verdict};
 use serde::Serialize;
 
 use crate::fault::Fault;
-use crate::names::{self, ByModel, ChannelNames, explain_config};
-use crate::output::{OutputDir, OutputError};
+use crate::output::OutputError;
 use crate::plant::{Plant, PlantSample};
-use crate::record::{LogicalOutputs, Recording};
 use crate::scenario::Scenario;
-use crate::score::{FaultScore, Method, Score, Truth, score};
-use crate::settings::PaperSettings;
-use crate::trace::{TraceRow, TraceWriter};
+use crate::score::Truth;
 
-/// Capacity of the event log between two drains: one sample makes at most nine events.
-const EVENTS: usize = 16;
+pub mod guard;
+pub mod paper;
+
+/// How many samples are flown between two reports of progress.
+const TICK: u64 = 10_000;
 
 /// Why a mission could not be flown.
 #[derive(Debug, thiserror::Error)]
@@ -55,80 +50,6 @@ pub enum Faults {
     Ramp,
 }
 
-/// What came of one scenario.
-#[derive(Clone, Debug)]
-pub struct Flight {
-    /// The scenario flown.
-    pub scenario: Scenario,
-    /// The first baseline learned.
-    pub baseline: Baseline,
-    /// Signals and intervals.
-    pub recording: Recording,
-    /// The tables.
-    pub score: Score,
-    /// Everything that happened.
-    pub events: Vec<Event>,
-}
-
-/// Flies a scenario. `tick` is called with the number of samples flown since the last call.
-///
-/// # Errors
-/// [`MissionError`] when the settings or the learning window are refused, or the trace cannot be written.
-pub fn fly(
-    scenario: &Scenario,
-    settings: &PaperSettings,
-    seed: u64,
-    mut trace: Option<&mut TraceWriter>,
-    mut tick: impl FnMut(u64),
-) -> Result<Flight, MissionError> {
-    const TICK: u64 = 10_000;
-    let rate_hz = scenario.rate_hz();
-    let mut monitor = monitor_for(scenario, settings)?;
-    let mut log = EventLog::<EVENTS>::default();
-    let mut events = Vec::new();
-    let mut recording = Recording::new(rate_hz);
-    let mut baseline = None;
-    let mut index = 0;
-    for measured in Plant::new(scenario, seed) {
-        let verdict = *give(&mut monitor, &measured);
-        log.observe(&verdict);
-        events.extend(std::iter::from_fn(|| log.pop()));
-        if verdict.phase() == Phase::ModelDue {
-            monitor
-                .finish_learning()
-                .map_err(|error| MissionError::Learning(ChannelNames::motor().explain_learning(error)))?;
-            baseline = baseline.or(monitor.baseline().copied());
-        }
-        let x = measured.channels();
-        recording.push(index, measured.set_point, x, &verdict);
-        if let Some(trace) = &mut trace {
-            let set_point = Some(measured.set_point);
-            trace.write(TraceRow { row: index, t_s: measured.t_s, set_point, x, verdict: &verdict })?;
-        }
-        index += 1;
-        if index % TICK == 0 {
-            tick(TICK);
-        }
-    }
-    tick(index % TICK);
-    let score = score_scenario(scenario, &recording.outputs, index);
-    Ok(Flight {
-        scenario: scenario.clone(),
-        baseline: baseline.ok_or(MissionError::NeverLearned)?,
-        recording,
-        score,
-        events,
-    })
-}
-
-/// Gives a monitor what the plant measured, or a slot without a sample.
-pub(crate) fn give<'a>(monitor: &'a mut Monitor, measured: &PlantSample) -> &'a Verdict {
-    if measured.missing {
-        return monitor.skip(Absence::Missing);
-    }
-    monitor.step(RadPerSec(measured.set_point as f32), sample(measured))
-}
-
 /// A measurement as the core takes it.
 #[must_use]
 pub fn sample(measured: &PlantSample) -> Sample {
@@ -139,185 +60,50 @@ pub fn sample(measured: &PlantSample) -> Sample {
     }
 }
 
-/// Scores what a monitor said over `samples` samples of a scenario.
-#[must_use]
-pub fn score_scenario(scenario: &Scenario, outputs: &LogicalOutputs, samples: u64) -> Score {
-    let index = |t_s: f64| (t_s * scenario.rate_hz()).round() as u64;
-    let truth = |fault: &Fault| Truth { id: fault.id.clone(), start: index(fault.start_s), end: index(fault.end_s) };
-    let truth: Vec<Truth> = scenario.faults.iter().map(truth).collect();
-    // The loop gets as long to recover from a fault as the monitor lets it settle after a set point.
-    score(&truth, &outputs.observed(), scenario.rate_hz(), index(settle_s(scenario)), samples)
-}
-
-/// The monitor a scenario is flown with: settles until the learning window begins, learns over it, then judges.
+/// Feeds a scenario's samples to `seen`, each with its index, and returns how many there were. `tick` is called with the number
+/// of samples flown since the last call.
 ///
 /// # Errors
-/// [`MissionError::Settings`] names the setting that is out of range.
-pub fn monitor_for(scenario: &Scenario, settings: &PaperSettings) -> Result<Monitor, MissionError> {
-    let learn_s = scenario.learn.end_s - scenario.learn.start_s;
-    // A tolerance of zero: the simulated set point is exact.
-    let config = settings.config(scenario.rate_hz(), settle_s(scenario), learn_s, 0.0);
-    Monitor::new(&config).map_err(|error| MissionError::Settings(explain_config(error)))
+/// The first that `seen` has.
+fn feed(
+    scenario: &Scenario,
+    seed: u64,
+    tick: impl Fn(u64),
+    mut seen: impl FnMut(u64, &PlantSample) -> Result<(), MissionError>,
+) -> Result<u64, MissionError> {
+    let mut index = 0;
+    for measured in Plant::new(scenario, seed) {
+        seen(index, &measured)?;
+        index += 1;
+        if index % TICK == 0 {
+            tick(TICK);
+        }
+    }
+    tick(index % TICK);
+    Ok(index)
+}
+
+/// What is injected, in samples.
+fn truth(scenario: &Scenario) -> Vec<Truth> {
+    let truth = |fault: &Fault| Truth {
+        id: fault.id.clone(),
+        start: sample_at(scenario, fault.start_s),
+        end: sample_at(scenario, fault.end_s),
+    };
+    scenario.faults.iter().map(truth).collect()
+}
+
+/// The sample that is taken at an instant.
+fn sample_at(scenario: &Scenario, t_s: f64) -> u64 {
+    (t_s * scenario.rate_hz()).round() as u64
+}
+
+/// Samples for which the loop may recover from a fault: as long as it is given to settle before anything is learned.
+fn recovery(scenario: &Scenario) -> u64 {
+    sample_at(scenario, settle_s(scenario))
 }
 
 /// The learning window begins when the loop has settled, so its beginning is the settling time.
 fn settle_s(scenario: &Scenario) -> f64 {
     scenario.learn.start_s
-}
-
-/// How to fly a mission.
-#[derive(Clone, Debug)]
-pub struct Mission {
-    /// What is flown.
-    pub scenario: Scenario,
-    /// The monitor's settings.
-    pub settings: PaperSettings,
-    /// Seed of the sensor noise.
-    pub seed: u64,
-    /// How faults are introduced in the tables.
-    pub faults: Faults,
-}
-
-/// The flights of a mission.
-#[derive(Clone, Debug)]
-pub struct Flights {
-    /// The scenario of the tables.
-    pub tables: Flight,
-    /// The same with every fault as a ramp.
-    pub ramps: Flight,
-    /// The same as the tables with a load that depends on speed.
-    pub speed_dependent: Flight,
-    /// The traces of the tables and of the ramps.
-    pub traces: Vec<PathBuf>,
-    /// Wall time of all of them, s.
-    pub wall_s: f64,
-}
-
-impl Mission {
-    /// Samples the whole mission flies, for a progress bar.
-    #[must_use]
-    pub fn samples(&self) -> u64 {
-        3 * (self.scenario.duration_s * self.scenario.rate_hz()).round() as u64
-    }
-
-    /// Flies the mission on all cores; traces go to `out`.
-    ///
-    /// # Errors
-    /// As [`fly`].
-    pub fn fly(&self, out: &OutputDir, tick: impl Fn(u64) + Sync) -> Result<Flights, MissionError> {
-        let begun = Instant::now();
-        let tables = match self.faults {
-            Faults::Step => self.scenario.clone(),
-            Faults::Ramp => self.scenario.with_ramps(),
-        };
-        let ramps = self.scenario.with_ramps();
-        let speed_dependent = tables.with_speed_dependent_load();
-        let mut trace = TraceWriter::create(out, "trace.csv", &ChannelNames::motor())?;
-        let mut trace_ramp = TraceWriter::create(out, "trace-ramp.csv", &ChannelNames::motor())?;
-        let flight = |scenario: &Scenario, trace| fly(scenario, &self.settings, self.seed, trace, &tick);
-        let (tables, (ramps, speed_dependent)) = rayon::join(
-            || flight(&tables, Some(&mut trace)),
-            || rayon::join(|| flight(&ramps, Some(&mut trace_ramp)), || flight(&speed_dependent, None)),
-        );
-        let (tables, ramps, speed_dependent) = (tables?, ramps?, speed_dependent?);
-        // Not before: a flight may fail where another does not, and then no trace shall be left.
-        let traces = vec![trace.finish()?, trace_ramp.finish()?];
-        Ok(Flights { tables, ramps, speed_dependent, traces, wall_s: begun.elapsed().as_secs_f64() })
-    }
-}
-
-/// The value a ramp had reached when it was detected.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct RampRow {
-    /// Identifier of the fault.
-    pub id: String,
-    /// Value when the first pair relay went up (Table 2's method), none if it was not detected.
-    pub value_at_detection: Option<f64>,
-    /// Value when the full model's relay went up (Table 1's method).
-    pub value_at_detection_pca: Option<f64>,
-    /// Value at the end of the ramp.
-    pub amplitude: f64,
-    /// Unit of the values.
-    pub unit: &'static str,
-}
-
-/// The result of a mission, as machines read it.
-#[derive(Clone, Debug, Serialize)]
-pub struct MissionReport {
-    /// Which monitor flew.
-    pub mode: &'static str,
-    /// Name of the scenario.
-    pub scenario: String,
-    /// How faults were introduced in the tables.
-    pub fault_profile: Faults,
-    /// Seed of the sensor noise.
-    pub seed: u64,
-    /// Samples per second.
-    pub rate_hz: f64,
-    /// Share of the variance each component explains, by model (figures 5 and 8).
-    pub explained: ByModel<Vec<f64>>,
-    /// Components retained, by model.
-    pub retained: ByModel<usize>,
-    /// Threshold of each residual, in units of the mean T2 in control.
-    pub limits: ByModel<f64>,
-    /// Tables 1 and 2.
-    pub faults: Vec<FaultScore>,
-    /// The ramp table.
-    pub ramp: Vec<RampRow>,
-    /// Table 2 again with a load that depends on speed: where the paper's truth table fails.
-    pub speed_dependent_load: Vec<FaultScore>,
-    /// Alarms outside of faults and recovery, over the flights of the tables and of the ramps.
-    pub false_alarms: usize,
-    /// Samples given to the monitor over all flights.
-    pub samples: u64,
-    /// Size of the monitor, bytes.
-    pub monitor_bytes: usize,
-    /// Wall time of the flights, s.
-    pub wall_s: f64,
-    /// What a person should know about the result.
-    pub notes: Vec<String>,
-    /// Where the page and the traces are.
-    pub files: Vec<PathBuf>,
-}
-
-impl Flights {
-    /// The result as machines read it.
-    #[must_use]
-    pub fn report(&self, mission: &Mission) -> MissionReport {
-        let baseline = &self.tables.baseline;
-        let table_2 = |score: &Score| score.faults.iter().filter(|f| f.method == Method::Ppca).cloned().collect();
-        MissionReport {
-            mode: "paper",
-            scenario: mission.scenario.name.clone(),
-            fault_profile: mission.faults,
-            seed: mission.seed,
-            rate_hz: mission.scenario.rate_hz(),
-            explained: names::explained(baseline),
-            retained: names::retained(baseline),
-            limits: mission.settings.thresholds,
-            faults: self.tables.score.faults.clone(),
-            ramp: self.ramp_rows(),
-            speed_dependent_load: table_2(&self.speed_dependent.score),
-            false_alarms: self.tables.score.false_alarms + self.ramps.score.false_alarms,
-            samples: [&self.tables, &self.ramps, &self.speed_dependent].iter().map(|f| f.recording.samples).sum(),
-            monitor_bytes: size_of::<Monitor>(),
-            wall_s: self.wall_s,
-            notes: mission.settings.doubt(mission.scenario.rate_hz()).into_iter().collect(),
-            files: self.traces.clone(),
-        }
-    }
-
-    fn ramp_rows(&self) -> Vec<RampRow> {
-        let detected = |method, id: &str| {
-            self.ramps.score.faults.iter().find(|f| f.method == method && f.id == id).and_then(|f| f.detected_s)
-        };
-        let row = |fault: &Fault| RampRow {
-            id: fault.id.clone(),
-            value_at_detection: detected(Method::Ppca, &fault.id).map(|t| fault.value(t)),
-            value_at_detection_pca: detected(Method::Pca, &fault.id).map(|t| fault.value(t)),
-            amplitude: fault.amplitude,
-            unit: fault.unit(),
-        };
-        self.ramps.scenario.faults.iter().map(row).collect()
-    }
 }

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 
 use comfy_table::{CellAlignment, Table};
 use comfy_table::{LineStyle, TableStyle};
-use monitor_sim::mission::{Faults, Mission, MissionReport};
-use monitor_sim::replay::{ReplayReport, Replayed};
+use monitor_sim::mission::Faults;
+use monitor_sim::mission::paper::{Mission, MissionReport};
+use monitor_sim::replay::paper::{ReplayReport, Replayed};
 use monitor_sim::score::Method;
 use monitor_sim::study::Report;
 use monitor_sim::study::white::RATE_HZ;

@@ -1,73 +1,44 @@
 //! What a mission and a replay keep of a run: decimated signals for the pictures, intervals for the tables.
 
-use monitor_core::localize::Fault;
-use monitor_core::sample::{Bank, ModelId};
-use monitor_core::{Phase, Verdict};
-
 use crate::envelope::Envelope;
-use crate::intervals::Intervals;
-use crate::names::{ByModel, diagnosis_id, fault_id};
-use crate::score::{Observed, union};
 
-/// A run, in memory that does not grow with its length but with how often something changed.
+pub mod guard;
+pub mod paper;
+
+/// The signals of a run, in memory that does not grow with its length.
 #[derive(Clone, Debug)]
-pub struct Recording {
+pub struct Signals {
     rate_hz: f64,
     /// Set point.
     pub set_point: Envelope,
     /// The three channels, in the order of their positions.
     pub channels: [Envelope; 3],
-    /// The smoothed residuals.
-    pub residuals: ByModel<Envelope>,
-    /// Relays and diagnoses.
-    pub outputs: LogicalOutputs,
-    /// Samples spent in each phase.
-    pub phases: PhaseCounts,
-    /// Samples turned away because they were not finite.
-    pub rejected: u64,
     /// Samples taken.
     pub samples: u64,
 }
 
-/// The logical outputs of a run (figures 7 and 11): where each relay was up, where each diagnosis stood.
-#[derive(Clone, Debug)]
-pub struct LogicalOutputs {
-    /// Where each relay was up.
-    pub relays: ByModel<Intervals>,
-    /// Where each diagnosis stood: F1, F2, F3, unknown.
-    pub diagnoses: [(&'static str, Intervals); 4],
-}
-
-impl Default for LogicalOutputs {
-    fn default() -> Self {
-        let [f1, f2, f3] = Fault::ALL.map(|fault| (fault_id(fault), Intervals::default()));
-        LogicalOutputs {
-            relays: ByModel::from_fn(|_| Intervals::default()),
-            diagnoses: [f1, f2, f3, ("unknown", Intervals::default())],
-        }
-    }
-}
-
-impl LogicalOutputs {
-    /// Takes what the monitor said of sample `index`.
-    pub fn push(&mut self, index: u64, verdict: &Verdict) {
-        for model in ModelId::ALL {
-            self.relays.get_mut(model).push(index, *verdict.relays().get(model));
-        }
-        for (id, stood) in &mut self.diagnoses {
-            stood.push(index, diagnosis_id(verdict.diagnosis()) == Some(*id));
-        }
-    }
-
-    /// What the scores are made of.
+impl Signals {
+    /// No signals yet, of a run at `rate_hz` samples per second.
     #[must_use]
-    pub fn observed(&self) -> Observed {
-        let pairs = [&self.relays.speed_current, &self.relays.current_voltage, &self.relays.speed_voltage];
-        Observed {
-            full: self.relays.full.all(),
-            any_pair: pairs.iter().fold(Vec::new(), |up, relay| union(&up, &relay.all())),
-            located: self.diagnoses.iter().map(|(id, stood)| ((*id).to_owned(), stood.all())).collect(),
+    pub fn new(rate_hz: f64) -> Self {
+        let channels = core::array::from_fn(|_| Envelope::default());
+        Signals { rate_hz, set_point: Envelope::default(), channels, samples: 0 }
+    }
+
+    /// Seconds since the beginning of the run at which sample `index` was taken.
+    #[must_use]
+    pub fn seconds(&self, index: u64) -> f64 {
+        index as f64 / self.rate_hz
+    }
+
+    /// Takes sample `index`.
+    pub fn push(&mut self, index: u64, set_point: f64, x: [f64; 3]) {
+        let t = self.seconds(index);
+        self.set_point.push(t, set_point);
+        for (envelope, value) in self.channels.iter_mut().zip(x) {
+            envelope.push(t, value);
         }
+        self.samples += 1;
     }
 }
 
@@ -80,69 +51,4 @@ pub struct PhaseCounts {
     pub learning: u64,
     /// Judged.
     pub monitoring: u64,
-}
-
-impl Recording {
-    /// An empty record of a run at `rate_hz` samples per second.
-    #[must_use]
-    pub fn new(rate_hz: f64) -> Self {
-        Recording {
-            rate_hz,
-            set_point: Envelope::default(),
-            channels: core::array::from_fn(|_| Envelope::default()),
-            residuals: ByModel::from_fn(|_| Envelope::default()),
-            outputs: LogicalOutputs::default(),
-            phases: PhaseCounts::default(),
-            rejected: 0,
-            samples: 0,
-        }
-    }
-
-    /// Seconds since the beginning of the run at which sample `index` was taken.
-    #[must_use]
-    pub fn seconds(&self, index: u64) -> f64 {
-        index as f64 / self.rate_hz
-    }
-
-    /// Takes sample `index` and what the monitor said of it.
-    pub fn push(&mut self, index: u64, set_point: f64, x: [f64; 3], verdict: &Verdict) {
-        let t = self.seconds(index);
-        self.push_signals(index, set_point, x);
-        for model in ModelId::ALL {
-            let residual = verdict.residuals().map_or(f64::NAN, |r| f64::from(*r.get(model)));
-            self.residuals.get_mut(model).push(t, residual);
-        }
-        self.outputs.push(index, verdict);
-        match verdict.phase() {
-            Phase::Settling(_) => self.phases.settling += 1,
-            Phase::Learning | Phase::ModelDue => self.phases.learning += 1,
-            Phase::Monitoring => self.phases.monitoring += 1,
-        }
-        self.rejected += u64::from(verdict.rejected().is_some());
-    }
-
-    /// Takes a sample that was not given to a monitor.
-    pub fn push_signals(&mut self, index: u64, set_point: f64, x: [f64; 3]) {
-        let t = self.seconds(index);
-        self.set_point.push(t, set_point);
-        for (envelope, value) in self.channels.iter_mut().zip(x) {
-            envelope.push(t, value);
-        }
-        self.samples += 1;
-    }
-}
-
-/// The largest of each residual against its threshold, over a stretch of samples.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Peak {
-    /// Largest residual of each model.
-    pub residuals: Bank<f32>,
-}
-
-impl Peak {
-    /// Takes the residuals of one sample.
-    pub fn push(&mut self, residuals: Bank<f32>) {
-        let before = self.residuals;
-        self.residuals = Bank::from_fn(|model| before.get(model).max(*residuals.get(model)));
-    }
 }

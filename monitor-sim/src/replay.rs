@@ -1,37 +1,22 @@
-//! Replays a recorded log through the monitor: learn over a window, set limits on it, judge the rest.
+//! Replays a recorded log through a monitor: learn over a window, judge the rest.
 //!
-//! The log is streamed, three times over: once to learn the baseline, once over the learning window to see how far a
-//! healthy residual goes, once to judge. Memory does not grow with the log.
-
-mod alarm;
-mod learn;
-mod report;
+//! The log is streamed, so memory does not grow with it. What both modes share is here; each has its own learning, alarms
+//! and report in a module of its own.
 
 use std::ops::Range;
 use std::path::PathBuf;
 
-use monitor_core::moments::LearnError;
-use monitor_core::monitor::ConfigError;
-use monitor_core::pca::ExplainedShare;
-use monitor_core::sample::Bank;
-use monitor_core::{Config, Monitor, Phase};
+use serde::Serialize;
 
 use crate::inject::{InjectError, Injection, ResolvedInjection};
 use crate::log::{ColumnRef, LogError, LogOptions, LogReader, TruncatedTail};
-use crate::names::{ByModel, ChannelNames, explain_config};
+use crate::names::ChannelNames;
 use crate::output::OutputError;
-use crate::record::{PhaseCounts, Recording};
-use crate::stored::StoredBaseline;
-use crate::trace::{TraceRow, TraceWriter};
-use crate::window::{RowWindow, WindowError};
+use crate::record::PhaseCounts;
+use crate::window::WindowError;
 
-pub use alarm::Alarm;
-use alarm::AlarmBuilder;
-use learn::{Reading, Start, next_reading};
-pub use report::{Learned, Quality, Refusal, ReplayReport};
-
-/// The residual of a run whose limits are still sought meets no relay.
-const NO_LIMIT: f32 = f32::MAX;
+pub mod guard;
+pub mod paper;
 
 /// How many rows are read between two reports of progress.
 const TICK_ROWS: u64 = 8192;
@@ -89,30 +74,9 @@ pub enum ReplayError {
     Settings(String),
 }
 
-/// Where the thresholds come from.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Limits {
-    /// This many times the largest residual of the learning window.
-    FromLearning {
-        /// How many times.
-        margin: f64,
-    },
-    /// Given.
-    Fixed(ByModel<f64>),
-}
-
-/// What judging starts from.
+/// A recorded log, and what its columns are.
 #[derive(Clone, Debug)]
-pub enum Learn {
-    /// A window of the log, to be learned.
-    Window(RowWindow),
-    /// A baseline that an earlier replay learned.
-    Stored(Box<StoredBaseline>),
-}
-
-/// What to replay, and how.
-#[derive(Clone, Debug)]
-pub struct Replay {
+pub struct Source {
     /// The log.
     pub path: PathBuf,
     /// The three channels: a name and a column each.
@@ -123,173 +87,29 @@ pub struct Replay {
     pub log: LogOptions,
     /// Rows per second.
     pub rate_hz: f64,
-    /// What judging starts from.
-    pub learn: Learn,
-    /// Settling time after a change of the set point, s.
-    pub settle_s: f64,
-    /// Length of the learning window after a change of the set point, s; that of `learn` if none.
-    pub relearn_s: Option<f64>,
-    /// Whether to judge by the first baseline again when its set point returns, instead of learning anew.
-    pub recall: bool,
-    /// Largest movement of the set point that is not a change, in its unit.
-    pub set_point_tolerance: f64,
-    /// Cutoff of the residuals' low-pass, Hz; see [`Replay::default_cutoff_hz`] if none.
-    pub cutoff_hz: Option<f64>,
-    /// How far below its threshold a residual must fall to bring its relay down, as a share of it.
-    pub hysteresis: f64,
-    /// Share of the variance that the retained components explain.
-    pub explained_share: f64,
-    /// Where the thresholds come from.
-    pub limits: Limits,
     /// Faults to add to the recorded values.
     pub injections: Vec<Injection>,
 }
 
-/// A replay that has run: the report, and what the page is drawn from.
-#[derive(Clone, Debug)]
-pub struct Replayed {
-    /// The result.
-    pub report: ReplayReport,
-    /// Signals and intervals.
-    pub recording: Recording,
-    /// Names of the channels.
-    pub names: ChannelNames,
-    /// What was learned, to be judged by another time.
-    pub baseline: StoredBaseline,
-}
-
-impl Replayed {
-    /// What a person should know about the log and the window, a sentence each.
-    #[must_use]
-    pub fn remarks(&self) -> Vec<String> {
-        let report = &self.report;
-        let warnings = report.learned.quality.warnings.iter().map(|warning| format!("warning: {warning}"));
-        let notes = report.notes.iter().map(|note| format!("note: {note}"));
-        let skipped = (report.skipped > 0)
-            .then(|| format!("note: {} rows with a value that is not finite were skipped", report.skipped));
-        let refused = report.refused.iter().map(|r| format!("note: up to row {}: {}; learning again", r.row, r.reason));
-        let injected = report.injected.iter().map(|injected| format!("note: fault added to the log: {injected}"));
-        warnings.chain(notes).chain(skipped).chain(refused).chain(injected).collect()
-    }
-
-    /// How much of the log was judged, in a sentence.
-    #[must_use]
-    pub fn coverage(&self) -> String {
-        let PhaseCounts { settling, learning, monitoring } = self.report.coverage;
-        let behind = settling + learning + monitoring;
-        let share = |samples: u64| 100.0 * samples as f64 / behind.max(1) as f64;
-        let [judged, settling, learning] = [monitoring, settling, learning].map(share);
-        format!(
-            "Of {behind} rows to judge {judged:.1} % were judged; {settling:.1} % went to settling and {learning:.1} % to \
-             learning after changes of the set point."
-        )
-    }
-}
-
-impl Replay {
-    /// The cutoff that suits a sampling rate when none is given: the paper's 1 Hz, but never above a twentieth of the
-    /// rate, so that a slow log is still smoothed over some ten samples.
-    #[must_use]
-    pub fn default_cutoff_hz(rate_hz: f64) -> f64 {
-        f64::min(1.0, rate_hz / 20.0)
-    }
-
+impl Source {
     /// Bytes of the log, for a progress bar: the judging pass reads all of it.
     #[must_use]
     pub fn bytes(&self) -> Option<u64> {
         std::fs::metadata(&self.path).ok().filter(std::fs::Metadata::is_file).map(|data| data.len())
     }
 
-    /// Replays the log. `trace` begins the trace, if one is wanted, once the log has been found fit to learn from;
-    /// `tick` is called with the bytes read so far by the judging pass.
-    ///
-    /// # Errors
-    /// [`ReplayError`]: nothing is left half-written.
-    pub fn run(
-        &self,
-        trace: impl FnOnce(&ChannelNames) -> Result<Option<TraceWriter>, OutputError>,
-        tick: impl FnMut(u64),
-    ) -> Result<Replayed, ReplayError> {
-        if !(self.rate_hz > 0.0 && self.rate_hz.is_finite()) {
-            return Err(ReplayError::Rate(self.rate_hz));
-        }
-        let names = ChannelNames(self.channels.clone().map(|(name, _)| name));
-        let injections = self.resolved_injections(&names)?;
-        let share = ExplainedShare::new(self.explained_share as f32).map_err(|e| settings(e.into()))?;
-        // What is missing or a directory is told of when it is opened.
-        if std::fs::metadata(&self.path).is_ok_and(|data| !data.is_file() && !data.is_dir()) {
-            return Err(ReplayError::NotAFile(self.path.clone()));
-        }
-        // Settings are refused before a long log is read.
-        self.config(Bank::from_fn(|_| NO_LIMIT)).and_then(|config| Monitor::new(&config).map_err(settings))?;
-        let start = match &self.learn {
-            Learn::Window(window) => self.start_from_window(&window.rows(self.rate_hz)?, &injections, &names, share)?,
-            Learn::Stored(stored) => self.start_from_stored(stored, &names, share)?,
-        };
-        let config = self.config(ByModel::from_fn(|model| *start.thresholds.get(model) as f32).bank())?;
-        let monitor = Monitor::new(&config).map_err(settings)?.starting_from(start.baseline, start.set_point as f32);
-        let judged = self.judge(&start, &injections, &names, monitor, trace(&names)?, tick)?;
-
-        let report = ReplayReport {
-            mode: "paper",
-            log: self.path.clone(),
-            channels: names.0.clone(),
-            has_set_point: self.set_point.is_some(),
-            rate_hz: self.rate_hz,
-            samples: judged.recording.samples,
-            skipped: judged.skipped,
-            learned: start.learned.clone(),
-            cutoff_hz: self.cutoff(),
-            limits: start.thresholds,
-            coverage: judged.recording.phases,
-            refused: judged.refused,
-            exit: u8::from(!judged.alarms.is_empty()),
-            alarms: judged.alarms,
-            injected: self.injections.iter().map(ToString::to_string).collect(),
-            notes: judged.notes,
-            files: judged.trace.into_iter().collect(),
-        };
-        let stored = StoredBaseline {
-            channels: names.0.clone(),
-            rate_hz: self.rate_hz,
-            set_point: start.set_point,
-            cutoff_hz: self.cutoff(),
-            thresholds: start.thresholds,
-            ..StoredBaseline::of(&start.baseline)
-        };
-        Ok(Replayed { report, recording: judged.recording, names, baseline: stored })
+    /// Names of the channels.
+    #[must_use]
+    pub fn names(&self) -> ChannelNames {
+        ChannelNames(self.channels.clone().map(|(name, _)| name))
     }
 
-    fn cutoff(&self) -> f64 {
-        let stored = match &self.learn {
-            Learn::Window(_) => None,
-            Learn::Stored(stored) => Some(stored.cutoff_hz),
-        };
-        self.cutoff_hz.or(stored).unwrap_or_else(|| Self::default_cutoff_hz(self.rate_hz))
+    fn check_rate(&self) -> Result<(), ReplayError> {
+        if self.rate_hz > 0.0 && self.rate_hz.is_finite() { Ok(()) } else { Err(ReplayError::Rate(self.rate_hz)) }
     }
 
-    /// How long the monitor learns after a change of the set point: as long as before it, if nothing else was said.
-    fn relearn(&self) -> Result<f64, ReplayError> {
-        let samples = match &self.learn {
-            Learn::Window(window) => window.rows(self.rate_hz).map(|rows| rows.end - rows.start)?,
-            Learn::Stored(stored) => u64::from(stored.samples),
-        };
-        Ok(self.relearn_s.unwrap_or(samples as f64 / self.rate_hz))
-    }
-
-    fn config(&self, thresholds: Bank<f32>) -> Result<Config, ReplayError> {
-        Ok(Config {
-            settle_s: self.settle_s as f32,
-            learn_s: self.relearn()? as f32,
-            set_point_tolerance: self.set_point_tolerance as f32,
-            explained_share: self.explained_share as f32,
-            cutoff_hz: self.cutoff() as f32,
-            hysteresis: self.hysteresis as f32,
-            ..Config::paper(self.rate_hz as f32, thresholds)
-        })
-    }
-
-    fn resolved_injections(&self, names: &ChannelNames) -> Result<Vec<ResolvedInjection>, ReplayError> {
+    fn resolved_injections(&self) -> Result<Vec<ResolvedInjection>, ReplayError> {
+        let names = self.names();
         let known: Vec<&str> = names.0.iter().map(String::as_str).collect();
         Ok(self.injections.iter().map(|injection| injection.resolve(&known)).collect::<Result<_, _>>()?)
     }
@@ -299,87 +119,64 @@ impl Replay {
         columns.extend(self.set_point.iter().map(|column| ("set point".to_owned(), column.clone())));
         LogReader::open(&self.path, &columns, self.log)
     }
+}
 
-    /// Third pass: record everything, judge what lies behind the window.
-    fn judge(
-        &self,
-        start: &Start,
-        injections: &[ResolvedInjection],
-        names: &ChannelNames,
-        mut monitor: Monitor,
-        mut trace: Option<TraceWriter>,
-        mut tick: impl FnMut(u64),
-    ) -> Result<Judged, ReplayError> {
-        let mut log = self.open()?;
-        let mut judged = Judged::new(self.rate_hz);
-        let mut alarms = AlarmBuilder::new(self.rate_hz, monitor.thresholds());
-        while let Some(reading) = next_reading(&mut log, injections)? {
-            let Reading { row, set_point, x } = reading;
-            judged.skipped += u64::from(!reading.is_finite());
-            // A last row without a line end may be cut inside its last number; one wrong value would raise an alarm.
-            if row < start.row || log.ends_without_newline() {
-                judged.recording.push_signals(row, set_point, x);
-            } else {
-                let verdict = *monitor.step_channels(set_point as f32, reading.channels());
-                if verdict.phase() == Phase::ModelDue
-                    && let Err(error) = monitor.finish_learning()
-                {
-                    judged.refused.push(Refusal { row, reason: names.explain_learning(error) });
-                }
-                judged.recording.push(row, set_point, x, &verdict);
-                alarms.push(row, &verdict, || monitor.contributions(reading.channels()));
-                if let Some(trace) = &mut trace {
-                    let set_point = self.set_point.as_ref().map(|_| set_point);
-                    let t_s = judged.recording.seconds(row);
-                    trace.write(TraceRow { row, t_s, set_point, x, verdict: &verdict })?;
-                }
-                // The same set point again: judge by what was learned there, instead of learning what may be a fault.
-                let known = (set_point - start.set_point).abs() <= self.set_point_tolerance;
-                if self.recall && known && verdict.phase() == Phase::Learning {
-                    monitor.recall(start.baseline);
-                }
-            }
-            if row % TICK_ROWS == 0 {
-                tick(log.bytes_read());
-            }
-        }
-        judged.alarms = alarms.finish();
-        judged.notes = notes(&log, &judged.recording);
-        judged.trace = trace.map(TraceWriter::finish).transpose()?;
-        Ok(judged)
+/// A sample of the log with its row.
+#[derive(Clone, Copy, Debug)]
+struct Reading {
+    row: u64,
+    set_point: f64,
+    x: [f64; 3],
+}
+
+impl Reading {
+    fn is_finite(&self) -> bool {
+        self.set_point.is_finite() && self.x.iter().all(|value| value.is_finite())
+    }
+
+    fn channels(&self) -> [f32; 3] {
+        self.x.map(|value| value as f32)
     }
 }
 
-/// What the third pass made.
-#[derive(Debug)]
-struct Judged {
-    recording: Recording,
-    alarms: Vec<Alarm>,
-    refused: Vec<Refusal>,
-    skipped: u64,
-    notes: Vec<String>,
-    trace: Option<PathBuf>,
-}
-
-impl Judged {
-    fn new(rate_hz: f64) -> Self {
-        let recording = Recording::new(rate_hz);
-        Judged { recording, alarms: Vec::new(), refused: Vec::new(), skipped: 0, notes: Vec::new(), trace: None }
+fn next_reading(log: &mut LogReader, injections: &[ResolvedInjection]) -> Result<Option<Reading>, LogError> {
+    let Some(row) = log.next_row()? else { return Ok(None) };
+    let (index, values) = (row.row, row.values);
+    // Three channels, and the set point behind them where there is one.
+    let mut x = [f64::NAN; 3];
+    for (value, from) in x.iter_mut().zip(values) {
+        *value = *from;
     }
+    let set_point = values.get(3).copied().unwrap_or(0.0);
+    for injection in injections {
+        injection.apply(index, &mut x);
+    }
+    Ok(Some(Reading { row: index, set_point, x }))
 }
 
-fn settings(error: ConfigError) -> ReplayError {
-    ReplayError::Settings(explain_config(error))
+/// A learning window that the monitor refused while it replayed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Refusal {
+    /// Row at which the window ended.
+    pub row: u64,
+    /// Why it was refused.
+    pub reason: String,
 }
 
-fn learning_refused(names: &ChannelNames, error: LearnError) -> ReplayError {
-    ReplayError::Learning(names.explain_learning(error))
+/// How much of the log was judged, in a sentence.
+fn coverage(PhaseCounts { settling, learning, monitoring }: PhaseCounts) -> String {
+    let behind = settling + learning + monitoring;
+    let share = |samples: u64| 100.0 * samples as f64 / behind.max(1) as f64;
+    let [judged, settling, learning] = [monitoring, settling, learning].map(share);
+    format!(
+        "Of {behind} rows to judge {judged:.1} % were judged; {settling:.1} % went to settling and {learning:.1} % to \
+         learning after changes of the set point."
+    )
 }
 
-fn notes(log: &LogReader, recording: &Recording) -> Vec<String> {
-    let rows = recording.samples;
+fn notes(log: &LogReader, rows: u64, judged: u64) -> Vec<String> {
     let mut notes = Vec::new();
-    if recording.phases.monitoring == 0 {
+    if judged == 0 {
         notes
             .push("no row was judged, so no fault could be found; choose a shorter --learn or a longer log".to_owned());
     }

@@ -3,11 +3,11 @@
 use monitor_core::event::Event;
 use monitor_core::sample::ModelId;
 
-use crate::mission::MissionReport;
+use crate::mission::paper::{MissionReport, RampRow};
 use crate::names::{self, ByModel, ChannelNames, located};
 use crate::page::Block;
 use crate::paper::{self, PaperRow, RAMP_VALUES, TABLE_1, TABLE_2};
-use crate::replay::{Alarm, Learned, Quality};
+use crate::replay::paper::{Alarm, Learned, Quality};
 use crate::score::{FaultScore, Method};
 use crate::settings::FoundBy;
 use crate::tune::{SweepRow, TuneReport};
@@ -120,7 +120,7 @@ fn beside(ours: Option<f64>, absent: &str, paper: Option<f64>) -> String {
 }
 
 fn ramps(report: &MissionReport) -> TextTable {
-    let row = |row: &crate::mission::RampRow| {
+    let row = |row: &RampRow| {
         let value = |v: Option<f64>| v.map_or_else(|| "missed".to_owned(), significant);
         let paper = RAMP_VALUES.iter().find(|(id, _)| *id == row.id).map_or_else(String::new, |(_, v)| v.to_string());
         let [ppca, pca] = [row.value_at_detection, row.value_at_detection_pca].map(value);

@@ -1,24 +1,40 @@
 //! The trace of a run as CSV: one row a sample, what was measured and what the monitor said.
 
 use std::fmt::Write as _;
+use std::marker::PhantomData;
 use std::path::PathBuf;
 
-use monitor_core::sample::ModelId;
-use monitor_core::{Phase, Verdict};
-
-use crate::names::{ChannelNames, diagnosis_id, model_key};
+use crate::names::ChannelNames;
 use crate::output::{OutputDir, OutputError, PendingFile};
+
+mod guard;
+mod paper;
 
 /// Writes a trace, row by row, in constant memory.
 #[derive(Debug)]
-pub struct TraceWriter {
+pub struct TraceWriter<S> {
     csv: csv::Writer<PendingFile>,
     cell: String,
+    says: PhantomData<fn(&S)>,
+}
+
+/// What a monitor says of a sample, as cells behind those of the sample itself.
+pub trait Traced {
+    /// Names of the cells.
+    fn columns() -> Vec<String>;
+
+    /// Writes the cells, as many as there are names.
+    ///
+    /// # Errors
+    /// What the writer has.
+    fn write_cells(&self, trace: &mut TraceWriter<Self>) -> csv::Result<()>
+    where
+        Self: Sized;
 }
 
 /// One row of a trace.
 #[derive(Clone, Copy, Debug)]
-pub struct TraceRow<'a> {
+pub struct TraceRow<'a, S> {
     /// Index of the sample.
     pub row: u64,
     /// Seconds since the beginning.
@@ -28,23 +44,19 @@ pub struct TraceRow<'a> {
     /// The three channels.
     pub x: [f64; 3],
     /// What the monitor said.
-    pub verdict: &'a Verdict,
+    pub said: &'a S,
 }
 
-impl TraceWriter {
-    /// Begins a trace and writes its header. T2 cells are empty where nothing was judged.
+impl<S: Traced> TraceWriter<S> {
+    /// Begins a trace and writes its header.
     ///
     /// # Errors
     /// [`OutputError`] when the file cannot be written.
     pub fn create(out: &OutputDir, name: &str, channels: &ChannelNames) -> Result<Self, OutputError> {
-        let mut trace = TraceWriter { csv: csv::Writer::from_writer(out.create(name)?), cell: String::new() };
+        let csv = csv::Writer::from_writer(out.create(name)?);
+        let mut trace = TraceWriter { csv, cell: String::new(), says: PhantomData };
         let fixed = ["row", "t_s", "set_point"].map(str::to_owned).into_iter();
-        let models = ["t2", "relay"].iter().flat_map(|p| ModelId::ALL.map(|m| format!("{p}_{}", model_key(m))));
-        let header = fixed
-            .chain(channels.0.iter().cloned())
-            .chain(["phase", "rejected"].map(str::to_owned))
-            .chain(models)
-            .chain(["located".to_owned()]);
+        let header = fixed.chain(channels.0.iter().cloned()).chain(S::columns());
         let written = trace.csv.write_record(header);
         trace.checked(written)?;
         Ok(trace)
@@ -54,41 +66,39 @@ impl TraceWriter {
     ///
     /// # Errors
     /// [`OutputError`] when the file cannot be written.
-    pub fn write(&mut self, row: TraceRow) -> Result<(), OutputError> {
+    pub fn write(&mut self, row: TraceRow<S>) -> Result<(), OutputError> {
         let written = self.write_cells(row);
         self.checked(written)
     }
 
-    fn write_cells(&mut self, TraceRow { row, t_s, set_point, x, verdict }: TraceRow) -> csv::Result<()> {
-        let phase = match verdict.phase() {
-            Phase::Settling(_) => "settling",
-            Phase::Learning => "learning",
-            Phase::ModelDue => "model due",
-            Phase::Monitoring => "monitoring",
-        };
+    fn write_cells(&mut self, TraceRow { row, t_s, set_point, x, said }: TraceRow<S>) -> csv::Result<()> {
         self.field(format_args!("{row}"))?;
         self.field(format_args!("{t_s:.6}"))?;
         // Values as f32: that is what the monitor was given.
-        match set_point {
-            Some(set_point) => self.field(format_args!("{}", set_point as f32))?,
-            None => self.csv.write_field("")?,
-        }
+        self.number(set_point.map(|set_point| set_point as f32))?;
         for value in x {
-            self.field(format_args!("{}", value as f32))?;
+            self.number(Some(value as f32))?;
         }
-        self.csv.write_field(phase)?;
-        self.csv.write_field(if verdict.rejected().is_some() { "1" } else { "0" })?;
-        for model in ModelId::ALL {
-            match verdict.residuals() {
-                Some(residuals) => self.field(format_args!("{}", residuals.get(model)))?,
-                None => self.csv.write_field("")?,
-            }
-        }
-        for model in ModelId::ALL {
-            self.csv.write_field(if *verdict.relays().get(model) { "1" } else { "0" })?;
-        }
-        self.csv.write_field(diagnosis_id(verdict.diagnosis()).unwrap_or_default())?;
+        said.write_cells(self)?;
         self.csv.write_record(None::<&[u8]>)
+    }
+
+    /// Writes a text.
+    fn text(&mut self, text: &str) -> csv::Result<()> {
+        self.csv.write_field(text)
+    }
+
+    /// Writes 1 or 0.
+    fn flag(&mut self, holds: bool) -> csv::Result<()> {
+        self.csv.write_field(if holds { "1" } else { "0" })
+    }
+
+    /// Writes a number, or leaves its cell empty.
+    fn number(&mut self, number: Option<f32>) -> csv::Result<()> {
+        match number {
+            Some(number) => self.field(format_args!("{number}")),
+            None => self.csv.write_field(""),
+        }
     }
 
     /// Writes a number without allocating for each.

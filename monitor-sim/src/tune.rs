@@ -16,10 +16,11 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::fault::{Fault, FaultPoint};
-use crate::mission::{MissionError, give, monitor_for, score_scenario};
+use crate::mission::MissionError;
+use crate::mission::paper::{give, monitor_for, score_scenario};
 use crate::names::{ByModel, ChannelNames};
 use crate::plant::Plant;
-use crate::record::LogicalOutputs;
+use crate::record::paper::LogicalOutputs;
 use crate::scenario::Scenario;
 use crate::score::{Method, Score};
 use crate::settings::{FoundBy, PaperSettings};

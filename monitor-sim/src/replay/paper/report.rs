@@ -10,6 +10,7 @@ use super::alarm::Alarm;
 use super::learn::{Calibration, Learning};
 use crate::names::{ByModel, ChannelNames, explained, retained};
 use crate::record::PhaseCounts;
+use crate::replay::Refusal;
 
 /// Half-window means further apart than this many sigma are reported: the window was not stationary.
 const SHIFT_WARNING_SIGMA: f64 = 0.5;
@@ -52,15 +53,6 @@ pub struct Quality {
     pub largest_deviation_sigma: Option<[f64; 3]>,
     /// What a person should know about it.
     pub warnings: Vec<String>,
-}
-
-/// A learning window that the monitor refused while it replayed.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Refusal {
-    /// Row at which the window ended.
-    pub row: u64,
-    /// Why it was refused.
-    pub reason: String,
 }
 
 /// The result of a replay, as machines read it.

@@ -8,11 +8,11 @@ use monitor_core::sample::Bank;
 use monitor_core::{Baseline, Monitor};
 
 use super::report::{Learned, learned};
-use super::{Limits, NO_LIMIT, Replay, ReplayError, learning_refused, settings};
+use super::{Limits, NO_LIMIT, Replay, learning_refused, settings};
 use crate::inject::ResolvedInjection;
-use crate::log::{LogError, LogReader};
 use crate::names::{ByModel, ChannelNames};
-use crate::record::Peak;
+use crate::record::paper::Peak;
+use crate::replay::{Reading, ReplayError, next_reading};
 use crate::stored::StoredBaseline;
 
 /// What judging starts from.
@@ -25,24 +25,6 @@ pub(super) struct Start {
     pub(super) baseline: Baseline,
     pub(super) thresholds: ByModel<f64>,
     pub(super) learned: Learned,
-}
-
-/// A sample of the log with its row.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Reading {
-    pub(super) row: u64,
-    pub(super) set_point: f64,
-    pub(super) x: [f64; 3],
-}
-
-impl Reading {
-    pub(super) fn is_finite(&self) -> bool {
-        self.set_point.is_finite() && self.x.iter().all(|value| value.is_finite())
-    }
-
-    pub(super) fn channels(&self) -> [f32; 3] {
-        self.x.map(|value| value as f32)
-    }
 }
 
 /// What the first pass gathered.
@@ -99,7 +81,7 @@ impl Replay {
         names: &ChannelNames,
         share: ExplainedShare,
     ) -> Result<Start, ReplayError> {
-        stored.check(names, self.rate_hz).map_err(ReplayError::Baseline)?;
+        stored.check(names, self.source.rate_hz).map_err(ReplayError::Baseline)?;
         let baseline = Baseline::from_stored(&stored.numbers(), share)
             .map_err(|error| ReplayError::Baseline(names.explain_baseline(error)))?;
         let learned = learned(&baseline, None, names);
@@ -113,7 +95,7 @@ impl Replay {
         injections: &[ResolvedInjection],
         names: &ChannelNames,
     ) -> Result<Learning, ReplayError> {
-        let mut log = self.open()?;
+        let mut log = self.source.open()?;
         let (mut learning, mut skipped) = (None::<Learning>, 0);
         let middle = window.start + (window.end - window.start) / 2;
         let mut rows = 0;
@@ -153,7 +135,7 @@ impl Replay {
         let config = self.config(Bank::from_fn(|_| NO_LIMIT))?;
         let mut monitor = Monitor::new(&config).map_err(settings)?.starting_from(*baseline, set_point as f32);
         let mut calibration = Calibration::default();
-        let mut log = self.open()?;
+        let mut log = self.source.open()?;
         while let Some(reading) = next_reading(&mut log, injections)? {
             if reading.row >= window.end {
                 break;
@@ -176,19 +158,4 @@ impl Replay {
         }
         Ok(calibration)
     }
-}
-
-pub(super) fn next_reading(log: &mut LogReader, injections: &[ResolvedInjection]) -> Result<Option<Reading>, LogError> {
-    let Some(row) = log.next_row()? else { return Ok(None) };
-    let (index, values) = (row.row, row.values);
-    // Three channels, and the set point behind them where there is one.
-    let mut x = [f64::NAN; 3];
-    for (value, from) in x.iter_mut().zip(values) {
-        *value = *from;
-    }
-    let set_point = values.get(3).copied().unwrap_or(0.0);
-    for injection in injections {
-        injection.apply(index, &mut x);
-    }
-    Ok(Some(Reading { row: index, set_point, x }))
 }

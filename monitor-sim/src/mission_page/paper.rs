@@ -1,0 +1,168 @@
+//! The page of a mission in `paper` mode: the counterparts of the paper's figures 1, 5, 6, 7, 8, 10 and 11, and its tables.
+
+use monitor_core::sample::ModelId;
+
+use super::{axis, scenario_figure, section, signals};
+use crate::chart::{
+    BarGroup, ChartError, LogicRow, Picture, Series, TimeAxis, TimeChart, bar_chart, in_seconds, logic_chart,
+    time_chart,
+};
+use crate::intervals::Intervals;
+use crate::mission::Faults;
+use crate::mission::paper::{Flight, Flights, Mission, MissionReport};
+use crate::names::{ByModel, ChannelNames};
+use crate::page::{Block, Page};
+use crate::record::paper::Recording;
+use crate::score::Method;
+use crate::tables::{self, TextTable};
+
+/// More events than this are counted, not listed.
+const LISTED_EVENTS: usize = 200;
+
+/// The page of a mission.
+///
+/// # Errors
+/// [`ChartError`] when a picture cannot be drawn.
+pub fn page(mission: &Mission, flights: &Flights, report: &MissionReport) -> Result<String, ChartError> {
+    let names = ChannelNames::motor();
+    let table_2: Vec<_> = report.faults.iter().filter(|f| f.method == Method::Ppca).collect();
+    let right = table_2.iter().filter(|f| f.located.as_deref() == Some(&f.id)).count();
+    let summary = format!(
+        "{right} of {} faults located right, {} false alarms; {:.0} s at {:.0} Hz with {} faults, seed {}, {} mode.",
+        table_2.len(),
+        report.false_alarms,
+        mission.scenario.duration_s,
+        report.rate_hz,
+        if report.fault_profile == Faults::Step { "step" } else { "ramp" },
+        report.seed,
+        report.mode,
+    );
+    let configuration = toml::to_string(&flights.tables.scenario).unwrap_or_default();
+    let thresholds = mission.settings.to_toml().unwrap_or_default();
+    let sections = vec![
+        section("Tables", tables_of(report)),
+        section("Scenario (figure 1)", vec![scenario_figure(&flights.tables.scenario)?, signals(&flights.tables.scenario, &flights.tables.recording.signals)?]),
+        section("Principal components (figures 5 and 8)", vec![components(&report.explained, &names)?]),
+        section("PCA: residual and detection (figures 6 and 7)", vec![full_model(&flights.tables, report)?]),
+        section("PPCA: residuals and localization (figures 10 and 11)", vec![pairs(&flights.tables, report, &names)?]),
+        section("Growing faults (the second figure 11)", vec![growing(&flights.ramps, report, &names)?]),
+        section(
+            "A load that grows with speed",
+            vec![
+                Block::Paragraph(
+                    "The same mission with a load of the same torque that grows with speed. A drift of the speed sensor \
+                     then changes the true speed, so the load, so the current: where that rises above the noise all \
+                     three pairs move, and (1.8) reads it as fault 1."
+                        .to_owned(),
+                ),
+                pairs(&flights.speed_dependent, report, &names)?,
+            ],
+        ),
+        section("Events", vec![tables::events(&flights.tables.events, report.rate_hz, LISTED_EVENTS).into_block()]),
+        section(
+            "Configuration",
+            vec![
+                Block::Verbatim { caption: "Scenario".to_owned(), text: configuration },
+                Block::Verbatim { caption: "Thresholds".to_owned(), text: thresholds },
+            ],
+        ),
+    ];
+    let title = format!("Thruster fault monitor: mission \"{}\"", mission.scenario.name);
+    let footer = format!("monitor-sim {}. A simulated motor; nothing here ran on silicon.", env!("CARGO_PKG_VERSION"));
+    Ok(Page { title, summary, sections, footer }.to_html())
+}
+
+fn tables_of(report: &MissionReport) -> Vec<Block> {
+    let notes = report.notes.iter().map(|note| Block::Paragraph(format!("Note: {note}")));
+    tables::of_mission(report).into_iter().map(TextTable::into_block).chain(notes).collect()
+}
+
+/// Figures 5 and 8.
+///
+/// # Errors
+/// [`ChartError`] when the picture cannot be drawn.
+pub fn components(explained: &ByModel<Vec<f64>>, names: &ChannelNames) -> Result<Block, ChartError> {
+    let group = |model: &ModelId| BarGroup {
+        name: names.model(*model),
+        values: explained.get(*model).iter().map(|share| 100.0 * share).collect(),
+    };
+    let groups: Vec<BarGroup> = ModelId::ALL.iter().map(group).collect();
+    let caption =
+        "Share of the variance that each principal component explains (1.3): all channels, then the three pairs.";
+    let picture = bar_chart(&groups, "explained variance, %", ("80 % criterion (cumulative)", 80.0))?;
+    Ok(Block::Figure { caption: caption.to_owned(), pictures: vec![picture] })
+}
+
+fn full_model(flight: &Flight, report: &MissionReport) -> Result<Block, ChartError> {
+    let recording = &flight.recording;
+    let chart = TimeChart {
+        y_label: "T², 1",
+        log_y: true,
+        series: vec![Series { name: "smoothed T² of all channels", signal: &recording.residuals.full }],
+        limits: vec![(format!("threshold {}", report.limits.full), report.limits.full)],
+        stacked: true,
+    };
+    let up = in_seconds(&recording.outputs.relays.full.all(), report.rate_hz);
+    let rows = [LogicRow { name: "fault detected".to_owned(), colour: 0, intervals: up }];
+    let axis = axis(&flight.scenario);
+    let caption = "The residual of the full model with its threshold, and the relay's output under it.";
+    Ok(Block::Figure {
+        caption: caption.to_owned(),
+        pictures: vec![time_chart(&chart, &axis)?, logic_chart(&rows, &axis)?],
+    })
+}
+
+fn pairs(flight: &Flight, report: &MissionReport, names: &ChannelNames) -> Result<Block, ChartError> {
+    let axis = axis(&flight.scenario);
+    let pictures = pair_pictures(&flight.recording, &report.limits, names, report.rate_hz, &axis)?;
+    let caption = "The residuals of the three pairs with their thresholds; under them the relays r1 to r3 and what (1.8) makes of them.";
+    Ok(Block::Figure { caption: caption.to_owned(), pictures })
+}
+
+fn growing(flight: &Flight, report: &MissionReport, names: &ChannelNames) -> Result<Block, ChartError> {
+    let axis = axis(&flight.scenario);
+    let pictures = pair_pictures(&flight.recording, &report.limits, names, report.rate_hz, &axis)?;
+    let caption = "Every fault grows linearly over its interval; the same residuals and outputs.";
+    Ok(Block::Figure { caption: caption.to_owned(), pictures })
+}
+
+/// The residuals of the pairs, the relays, and the located faults.
+///
+/// # Errors
+/// [`ChartError`] when a picture cannot be drawn.
+pub fn pair_pictures(
+    recording: &Recording,
+    limits: &ByModel<f64>,
+    names: &ChannelNames,
+    rate_hz: f64,
+    axis: &TimeAxis,
+) -> Result<Vec<Picture>, ChartError> {
+    let pair_models = ModelId::ALL.into_iter().filter(|model| *model != ModelId::Full);
+    let named: Vec<(ModelId, String)> =
+        pair_models.zip(1..).map(|(model, k)| (model, format!("r{k} {}", names.model(model)))).collect();
+    let mut pictures = Vec::new();
+    for (model, name) in &named {
+        let limit = *limits.get(*model);
+        let series = vec![Series { name, signal: recording.residuals.get(*model) }];
+        let label = format!("{}: T², 1", name.split(' ').next().unwrap_or_default());
+        let chart = TimeChart {
+            y_label: &label,
+            log_y: true,
+            series,
+            limits: vec![("threshold".to_owned(), limit)],
+            stacked: true,
+        };
+        let mut picture = time_chart(&chart, axis)?;
+        picture.legend.retain(|(swatch, _)| !matches!(swatch, crate::chart::Swatch::Series(_)));
+        pictures.push(picture);
+    }
+    let row = |name: String, colour: usize, stood: &Intervals| {
+        let intervals = in_seconds(&stood.all(), rate_hz);
+        LogicRow { name, colour, intervals }
+    };
+    let relays = named.iter().map(|(model, name)| row(name.clone(), 0, recording.outputs.relays.get(*model)));
+    let diagnoses = recording.outputs.diagnoses.iter().map(|(id, stood)| row(names.located(id), 1, stood));
+    let rows: Vec<LogicRow> = relays.chain(diagnoses).collect();
+    pictures.push(logic_chart(&rows, axis)?);
+    Ok(pictures)
+}

@@ -1,0 +1,92 @@
+//! `monitor-sim replay`: judges a recorded log.
+
+use std::process::ExitCode;
+
+use monitor_sim::log::{ColumnRef, LogOptions};
+use monitor_sim::names::ChannelNames;
+use monitor_sim::output::OutputDir;
+use monitor_sim::replay::Source;
+use monitor_sim::replay::paper::{Learn, Limits, Replay};
+use monitor_sim::replay_page;
+use monitor_sim::settings::PaperSettings;
+use monitor_sim::trace::TraceWriter;
+
+use crate::args::ReplayArgs;
+use crate::{Failure, json, parsed, print, print_all, progress, settings};
+
+/// Replays a log.
+pub(crate) fn run(args: &ReplayArgs) -> Result<ExitCode, Failure> {
+    paper(args)
+}
+
+fn paper(args: &ReplayArgs) -> Result<ExitCode, Failure> {
+    let limits = match &args.limits {
+        Some(path) => Some(settings(Some(path))?),
+        None => None,
+    };
+    let defaults = PaperSettings::default_motor()?;
+    let learn = match (&args.learn, &args.baseline) {
+        (Some(window), _) => Learn::Window(*window),
+        (None, Some(path)) => Learn::Stored(Box::new(parsed(path, "baseline")?)),
+        (None, None) => return Err("give --learn A..B or --baseline FILE".into()),
+    };
+    let replay = Replay {
+        source: source(args)?,
+        learn,
+        recall: args.recall,
+        settle_s: args.settle,
+        relearn_s: args.relearn,
+        set_point_tolerance: args.set_point_tolerance,
+        cutoff_hz: limits.as_ref().map(|l| l.cutoff_hz).or(args.cutoff_hz),
+        hysteresis: limits.as_ref().map_or(defaults.hysteresis, |l| l.hysteresis),
+        explained_share: limits.as_ref().map_or(defaults.explained_share, |l| l.explained_share),
+        limits: limits.map_or(Limits::FromLearning { margin: args.margin }, |l| Limits::Fixed(l.thresholds)),
+    };
+    let out = OutputDir::prepare(&args.out)?;
+    out.spares(&args.log, &["replay.csv", "replay.html", "baseline.toml"])?;
+    let bar = progress(replay.source.bytes(), "bytes");
+    let replayed = replay.run(
+        |names| (!args.no_trace).then(|| TraceWriter::create(&out, "replay.csv", names)).transpose(),
+        |bytes| bar.set_position(bytes),
+    );
+    bar.finish_and_clear();
+    let mut replayed = replayed?;
+    let page = replay_page::paper::page(&replay, &replayed)?;
+    replayed.report.files.insert(0, out.write("replay.html", &page)?);
+    if args.baseline.is_none() {
+        replayed.report.files.push(out.write("baseline.toml", &replayed.baseline.to_toml()?)?);
+    }
+    print_all(&if args.json { json(&replayed.report)? } else { print::replay(&replayed) })?;
+    Ok(ExitCode::from(replayed.report.exit))
+}
+
+/// The log, as it was said to be.
+fn source(args: &ReplayArgs) -> Result<Source, Failure> {
+    Ok(Source {
+        path: args.log.clone(),
+        channels: channels(args)?,
+        set_point: args.set_point.clone(),
+        log: LogOptions { delimiter: args.delimiter },
+        rate_hz: args.rate_hz,
+        injections: args.inject.clone(),
+    })
+}
+
+/// The three channels: those of the motor, or three of the user's own.
+fn channels(args: &ReplayArgs) -> Result<[(String, ColumnRef); 3], Failure> {
+    if let (Some(speed), Some(current), Some(voltage)) = (&args.speed, &args.current, &args.voltage) {
+        let [a, b, c] = ChannelNames::motor().0;
+        return Ok([(a, speed.clone()), (b, current.clone()), (c, voltage.clone())]);
+    }
+    let given = args.channel.len();
+    let channels: [(String, ColumnRef); 3] = args.channel.clone().try_into().map_err(|_| {
+        format!(
+            "three channels are needed, {given} given: repeat --channel NAME=COL, or use --speed, --current, --voltage"
+        )
+    })?;
+    let [(a, _), (b, _), (c, _)] = &channels;
+    if a == b || b == c || a == c {
+        return Err("two channels have the same name: give each --channel a name of its own".into());
+    }
+    Ok(channels)
+}
