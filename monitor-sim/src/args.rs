@@ -86,6 +86,8 @@ pub(crate) enum Command {
 /// Which monitor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Mode {
+    /// Small faults found fast and named; limits from the false alarms that are tolerable
+    Guard,
     /// The method of the paper, with fixed thresholds
     Paper,
 }
@@ -95,11 +97,14 @@ pub(crate) struct MissionArgs {
     /// Scenario file (TOML); the paper's figure 1 if none
     #[arg(long, value_name = "FILE")]
     pub(crate) scenario: Option<PathBuf>,
-    /// Thresholds file, as `tune` writes it; those of the default motor if none
+    /// Thresholds file for --mode paper, as `tune` writes it; those of the default motor if none
     #[arg(long, value_name = "FILE")]
     pub(crate) limits: Option<PathBuf>,
+    /// False alarms that are tolerable per hour, in guard mode; 0.01 if none
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = positive)]
+    pub(crate) false_alarms_per_hour: Option<f64>,
     /// Which monitor flies
-    #[arg(long, value_enum, default_value_t = Mode::Paper)]
+    #[arg(long, value_enum, default_value_t = Mode::Guard)]
     pub(crate) mode: Mode,
     /// How faults are introduced
     #[arg(long, value_enum, default_value_t = Faults::Step)]
@@ -176,7 +181,7 @@ pub(crate) struct ReplayArgs {
     #[arg(long, value_name = "CHAR")]
     pub(crate) delimiter: Option<Delimiter>,
     /// Which monitor judges
-    #[arg(long, value_enum, default_value_t = Mode::Paper)]
+    #[arg(long, value_enum, default_value_t = Mode::Guard)]
     pub(crate) mode: Mode,
     /// Directory for the page and the trace
     #[arg(long, value_name = "DIR", default_value = "monitor-out")]

@@ -28,6 +28,7 @@ pub mod names;
 pub mod settings;
 pub mod stored;
 pub mod output;
+pub mod guardian;
 pub mod mission;
 pub mod replay;
 pub mod tune;

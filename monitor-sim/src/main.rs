@@ -23,6 +23,9 @@ type Failure = Box<dyn std::error::Error>;
 /// The exit code for input that was wrong; a fault that was found has 1.
 const WRONG_INPUT: u8 = 2;
 
+/// False alarms per hour that are tolerated if the user says nothing.
+const FALSE_ALARMS_PER_HOUR: f64 = 0.01;
+
 fn main() -> ExitCode {
     let cli = Cli::parse();
     let done = match cli.command {
@@ -36,6 +39,22 @@ fn main() -> ExitCode {
         eprintln!("error: {failure}");
         ExitCode::from(WRONG_INPUT)
     })
+}
+
+/// Refuses an option that is given and means nothing in `guard` mode.
+fn only_in_paper_mode(option: &str, given: bool) -> Result<(), Failure> {
+    if given {
+        return Err(format!("{option} belongs to the paper's method: add --mode paper, or leave {option} out").into());
+    }
+    Ok(())
+}
+
+/// Refuses an option that is given and means nothing in `paper` mode.
+fn only_in_guard_mode(option: &str, given: bool) -> Result<(), Failure> {
+    if given {
+        return Err(format!("{option} belongs to guard mode: leave --mode paper out, or leave {option} out").into());
+    }
+    Ok(())
 }
 
 fn tune(args: &TuneArgs) -> Result<ExitCode, Failure> {

@@ -2,19 +2,45 @@
 
 use std::process::ExitCode;
 
+use monitor_sim::mission::guard;
 use monitor_sim::mission::paper::Mission;
 use monitor_sim::mission_page;
 use monitor_sim::output::OutputDir;
 
-use crate::args::MissionArgs;
-use crate::{Failure, json, print, print_all, progress, scenario, settings};
+use crate::args::{MissionArgs, Mode};
+use crate::{
+    FALSE_ALARMS_PER_HOUR, Failure, json, only_in_guard_mode, only_in_paper_mode, print, print_all, progress, scenario,
+    settings,
+};
 
 /// The main job.
 pub(crate) fn run(args: &MissionArgs) -> Result<ExitCode, Failure> {
-    paper(args)
+    match args.mode {
+        Mode::Guard => guard(args),
+        Mode::Paper => paper(args),
+    }
+}
+
+fn guard(args: &MissionArgs) -> Result<ExitCode, Failure> {
+    only_in_paper_mode("--limits", args.limits.is_some())?;
+    let mission = guard::Mission {
+        scenario: scenario(args.scenario.as_deref())?,
+        false_alarms_per_hour: args.false_alarms_per_hour.unwrap_or(FALSE_ALARMS_PER_HOUR),
+        seed: args.seed,
+        faults: args.faults,
+    };
+    let out = OutputDir::prepare(&args.out)?;
+    let bar = progress(Some(mission.samples()), "samples");
+    let flights = mission.fly(&out, |samples| bar.inc(samples))?;
+    bar.finish_and_clear();
+    let mut report = flights.report(&mission);
+    let page = mission_page::guard::page(&mission, &flights, &report)?;
+    report.files.insert(0, out.write("mission.html", &page)?);
+    print_all(&if args.json { json(&report)? } else { print::guard::mission(&mission, &report) })
 }
 
 fn paper(args: &MissionArgs) -> Result<ExitCode, Failure> {
+    only_in_guard_mode("--false-alarms-per-hour", args.false_alarms_per_hour.is_some())?;
     let mission = Mission {
         scenario: scenario(args.scenario.as_deref())?,
         settings: settings(args.limits.as_deref())?,

@@ -12,6 +12,9 @@ pub mod paper;
 /// Names and units of the motor's channels.
 const CHANNEL_LABELS: [&str; 3] = ["speed, rad/s", "current, A", "voltage, V"];
 
+/// More events than this are counted, not listed.
+const LISTED_EVENTS: usize = 200;
+
 /// Instants at which the value of a fault is drawn.
 const SCHEDULE_POINTS: u32 = 2000;
 

@@ -2,12 +2,15 @@
 
 use monitor_core::baseline::BaselineError;
 use monitor_core::event::EventKind;
+use monitor_core::guard;
 use monitor_core::localize::{Diagnosis, Fault};
 use monitor_core::moments::{LearnError, Moments};
 use monitor_core::monitor::ConfigError;
 use monitor_core::sample::{Bank, Channel, ModelId, Pair};
 use monitor_core::verdict::Settling;
 use monitor_core::{Baseline, Phase};
+
+pub mod name;
 
 /// The identifier of a fault in tables and JSON: the paper's number.
 #[must_use]
@@ -204,6 +207,16 @@ impl ChannelNames {
             LearnError::NonFinite(channel) => {
                 format!("channel '{}' holds values too large to learn from", self.of(channel))
             }
+            LearnError::Clipped => {
+                "more than a tenth of the learning window had to be clipped, so spikes are no exception \
+                 in it: choose another window"
+                    .to_owned()
+            }
+            LearnError::Drifting(channel) => format!(
+                "the mean of '{}' moves from the first half of the learning window to the second: choose a window in which \
+                 the motor has settled and runs undisturbed",
+                self.of(channel)
+            ),
             _ => format!("the learning window has no principal components ({error:?})"),
         }
     }
@@ -236,6 +249,34 @@ pub fn explain_config(error: ConfigError) -> String {
         ConfigError::Cutoff => "the cutoff must lie above zero and below half the sampling rate".to_owned(),
         ConfigError::Threshold(model) => format!("the threshold '{}' must be finite and above zero", model_key(model)),
         ConfigError::Hysteresis => "the hysteresis must lie in [0, 1)".to_owned(),
+        _ => format!("{error:?}"),
+    }
+}
+
+/// Why the monitor in `guard` mode refused its configuration, and what the setting must be.
+#[must_use]
+pub fn explain_guard_config(error: guard::ConfigError) -> String {
+    use guard::ConfigError;
+    match error {
+        ConfigError::SampleRate => "the sampling rate must be above zero".to_owned(),
+        ConfigError::FalseAlarmRate => {
+            "so many false alarms per hour, or so few, cannot be set limits for: choose another --false-alarms-per-hour \
+             (0.01 if none is given)"
+                .to_owned()
+        }
+        ConfigError::SettleTime => "the settling time must not be negative and must fit into 2^31 samples".to_owned(),
+        ConfigError::SeedTime => {
+            format!("a seeding window must hold at least {} samples: learn for longer", Moments::<3>::MIN_SAMPLES)
+        }
+        ConfigError::LearnTime => format!(
+            "the learning window must hold at least {} samples behind two seeding windows of at least {}: learn for longer",
+            4 * Moments::<3>::MIN_SAMPLES,
+            Moments::<3>::MIN_SAMPLES
+        ),
+        ConfigError::SetPointTolerance => "the set-point tolerance must be finite and not negative".to_owned(),
+        ConfigError::ConverterStep(channel) => {
+            format!("the converter step of the {} must be finite and not negative", ChannelNames::motor().of(channel))
+        }
         _ => format!("{error:?}"),
     }
 }

@@ -1,5 +1,7 @@
 //! Results for people at a terminal.
 
+pub(crate) mod guard;
+
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 

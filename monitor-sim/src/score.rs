@@ -4,6 +4,8 @@ use serde::Serialize;
 
 use crate::intervals::Interval;
 
+pub mod guard;
+
 /// Which of the paper's two detectors a row speaks of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -80,9 +82,7 @@ pub fn score(truth: &[Truth], observed: &Observed, rate_hz: f64, recovery: u64, 
             Method::Ppca => &observed.any_pair,
         };
         let detected = first_overlap(up, fault.start, fault.end);
-        // The next fault to begin hides whether this one has been cleared.
-        let next = truth.iter().map(|t| t.start).filter(|start| *start >= fault.end).min().unwrap_or(samples);
-        let cleared = detected.and_then(|_| cleared(up, fault.end, recovery)).filter(|sample| *sample < next);
+        let cleared = detected.and_then(|_| cleared(up, truth, fault, recovery, samples));
         let mut scored = FaultScore {
             method,
             id: fault.id.clone(),
@@ -107,9 +107,14 @@ pub fn score(truth: &[Truth], observed: &Observed, rate_hz: f64, recovery: u64, 
         scored
     };
     let faults = [Method::Pca, Method::Ppca].iter().flat_map(|method| truth.iter().map(|f| row(*method, f))).collect();
-    let explained = |alarm: &Interval| truth.iter().any(|f| (f.start..f.end + recovery).contains(&alarm.start));
-    let false_alarms = union(&observed.full, &observed.any_pair).iter().filter(|alarm| !explained(alarm)).count();
+    let false_alarms = false_alarms(&union(&observed.full, &observed.any_pair), truth, recovery);
     Score { faults, false_alarms }
+}
+
+/// Alarms that began where there was no fault: neither inside a fault nor within the recovery time behind it.
+fn false_alarms(alarms: &[Interval], truth: &[Truth], recovery: u64) -> usize {
+    let explained = |alarm: &Interval| truth.iter().any(|f| (f.start..f.end + recovery).contains(&alarm.start));
+    alarms.iter().filter(|alarm| !explained(alarm)).count()
 }
 
 /// The first sample of `[start, end)` that lies in an interval.
@@ -117,10 +122,13 @@ fn first_overlap(intervals: &[Interval], start: u64, end: u64) -> Option<u64> {
     intervals.iter().find(|i| i.overlap(start, end) > 0).map(|i| i.start.max(start))
 }
 
-/// The end of the last interval that stood at `end` or began within the recovery time behind it.
-fn cleared(intervals: &[Interval], end: u64, recovery: u64) -> Option<u64> {
-    let behind = intervals.iter().filter(|i| i.start < end + recovery && i.end > end);
-    Some(behind.map(|i| i.end).max().unwrap_or(end))
+/// The end of the last interval that stood at the fault's end or began within the recovery time behind it; none if the next
+/// fault to begin hides it.
+fn cleared(intervals: &[Interval], truth: &[Truth], fault: &Truth, recovery: u64, samples: u64) -> Option<u64> {
+    let behind = intervals.iter().filter(|i| i.start < fault.end + recovery && i.end > fault.end);
+    let cleared = behind.map(|i| i.end).max().unwrap_or(fault.end);
+    let next = truth.iter().map(|t| t.start).filter(|start| *start >= fault.end).min().unwrap_or(samples);
+    (cleared < next).then_some(cleared)
 }
 
 /// Intervals in which at least one of two conditions held.

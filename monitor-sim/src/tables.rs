@@ -12,6 +12,8 @@ use crate::score::{FaultScore, Method};
 use crate::settings::FoundBy;
 use crate::tune::{SweepRow, TuneReport};
 
+pub mod guard;
+
 /// A table of text. The first column names its rows.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TextTable {

@@ -1,1 +1,111 @@
-//! Guard.
+//! The page of a mission in `guard` mode: distances over their limits, alarms and names, under what is injected and measured.
+
+use super::{LISTED_EVENTS, axis, scenario_figure, section, signals};
+use crate::chart::{ChartError, LogicRow, Picture, Series, TimeAxis, TimeChart, in_seconds, logic_chart, time_chart};
+use crate::intervals::Interval;
+use crate::mission::Faults;
+use crate::mission::guard::{Flight, Flights, GuardReport, Mission};
+use crate::names::name::Name;
+use crate::page::{Block, Page};
+use crate::record::guard::Recording;
+use crate::tables::{self, TextTable};
+
+/// The page of a mission.
+///
+/// # Errors
+/// [`ChartError`] when a picture cannot be drawn.
+pub fn page(mission: &Mission, flights: &Flights, report: &GuardReport) -> Result<String, ChartError> {
+    let right = report.faults.iter().filter(|fault| fault.is_located_right()).count();
+    let summary = format!(
+        "{right} of {} faults named right, {} false alarms; {:.0} s at {:.0} Hz with {} faults, seed {}, {} mode.",
+        report.faults.len(),
+        report.false_alarms,
+        mission.scenario.duration_s,
+        report.rate_hz,
+        if report.fault_profile == Faults::Step { "step" } else { "ramp" },
+        report.seed,
+        report.mode,
+    );
+    let tables = tables::guard::of_mission(report).into_iter().map(TextTable::into_block).collect();
+    let Flights { tables: flown, ramps, speed_dependent, .. } = flights;
+    let shown = |flight: &Flight| watched(&flight.recording, report.rate_hz, &axis(&flight.scenario));
+    let configuration = toml::to_string(&flown.scenario).unwrap_or_default();
+    let settings = toml::to_string(&report.settings).unwrap_or_default();
+    let events = tables::guard::events(flown, LISTED_EVENTS).into_block();
+    let sections = vec![
+        section("Tables", tables),
+        section(
+            "What is injected and measured",
+            vec![scenario_figure(&flown.scenario)?, signals(&flown.scenario, &flown.recording.signals)?],
+        ),
+        section("Distances, alarms and names", vec![shown(flown)?]),
+        section("Growing faults", vec![shown(ramps)?]),
+        section("A load that grows with speed", vec![shown(speed_dependent)?]),
+        section("What was learned", vec![tables::guard::quality(&report.quality).into_block()]),
+        section("Events", vec![events]),
+        section(
+            "Configuration",
+            vec![
+                Block::Verbatim { caption: "Scenario".to_owned(), text: configuration },
+                Block::Verbatim { caption: "Monitor".to_owned(), text: settings },
+            ],
+        ),
+    ];
+    let title = format!("Thruster fault monitor: mission \"{}\"", mission.scenario.name);
+    let footer = format!("monitor-sim {}. A simulated motor; nothing here ran on silicon.", env!("CARGO_PKG_VERSION"));
+    Ok(Page { title, summary, sections, footer }.to_html())
+}
+
+/// The distances of the three time scales over their limits, and under them what the monitor makes of them.
+fn watched(recording: &Recording, rate_hz: f64, axis: &TimeAxis) -> Result<Block, ChartError> {
+    let mut pictures = severities(recording, axis)?;
+    pictures.push(timeline(recording, rate_hz, axis)?);
+    let caption = "The distance of each time scale from healthy, over its limit; under it the alarm, the loop's recovery, and \
+                   the names that stood.";
+    Ok(Block::Figure { caption: caption.to_owned(), pictures })
+}
+
+/// The distances of the three time scales over their limits, on a logarithmic axis.
+///
+/// # Errors
+/// [`ChartError`] when a picture cannot be drawn.
+pub fn severities(recording: &Recording, axis: &TimeAxis) -> Result<Vec<Picture>, ChartError> {
+    let mut pictures = Vec::new();
+    for (name, signal) in ["fast", "middle", "slow"].into_iter().zip(&recording.severity) {
+        let label = format!("{name}: T²/limit");
+        let chart = TimeChart {
+            y_label: &label,
+            log_y: true,
+            series: vec![Series { name, signal }],
+            limits: vec![("limit".to_owned(), 1.0)],
+            stacked: true,
+        };
+        let mut picture = time_chart(&chart, axis)?;
+        // The axis names the signal already.
+        picture.legend.retain(|(swatch, _)| !matches!(swatch, crate::chart::Swatch::Series(_)));
+        pictures.push(picture);
+    }
+    Ok(pictures)
+}
+
+/// Where an alarm stood, where the loop recovered, and where each name stood.
+///
+/// # Errors
+/// [`ChartError`] when the picture cannot be drawn.
+pub fn timeline(recording: &Recording, rate_hz: f64, axis: &TimeAxis) -> Result<Picture, ChartError> {
+    let outputs = &recording.outputs;
+    let row = |name: &str, colour, stood: &[Interval]| LogicRow {
+        name: name.to_owned(),
+        colour,
+        intervals: in_seconds(stood, rate_hz),
+    };
+    let mut rows = vec![row("alarm", 0, &outputs.alarm.all()), row("recovering", 2, &outputs.recovering.all())];
+    // The paper's names have a row even where they never stood.
+    for name in Name::ALL {
+        let stood = outputs.of(name);
+        if !stood.is_empty() || matches!(name, Name::LoadTorque | Name::SpeedSensor | Name::CurrentSensor) {
+            rows.push(row(&name.shown(), 1, &stood));
+        }
+    }
+    logic_chart(&rows, axis)
+}

@@ -2,7 +2,7 @@
 
 use monitor_core::sample::ModelId;
 
-use super::{axis, scenario_figure, section, signals};
+use super::{LISTED_EVENTS, axis, scenario_figure, section, signals};
 use crate::chart::{
     BarGroup, ChartError, LogicRow, Picture, Series, TimeAxis, TimeChart, bar_chart, in_seconds, logic_chart,
     time_chart,
@@ -15,9 +15,6 @@ use crate::page::{Block, Page};
 use crate::record::paper::Recording;
 use crate::score::Method;
 use crate::tables::{self, TextTable};
-
-/// More events than this are counted, not listed.
-const LISTED_EVENTS: usize = 200;
 
 /// The page of a mission.
 ///

@@ -3,14 +3,15 @@
 //! A mode is added here and nowhere else: a variant of [`Mode`], its arm in [`Mode::limits`] and in [`Mode::watch`], and
 //! an implementation of [`Watch`] in a file of its own.
 
+use monitor_core::guard::MotorConstants;
 use serde::{Deserialize, Serialize};
 
 use super::StudyError;
 use super::calibrate::{Asked, calibrate};
 use super::guard_watch::GuardWatch;
 use super::paper_watch::PaperWatch;
-use crate::fault::FaultPoint;
 use crate::names::ByModel;
+pub use crate::names::name::Name;
 use crate::plant::PlantSample;
 use crate::scenario::Scenario;
 
@@ -25,85 +26,6 @@ pub struct Said {
     pub name: Option<Name>,
     /// How large it is, in the unit of the named fault's point, where the monitor says so.
     pub size: Option<f32>,
-}
-
-/// What a monitor may call a fault.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Name {
-    /// See [`FaultPoint::LoadTorque`].
-    LoadTorque,
-    /// See [`FaultPoint::SpeedSensor`].
-    SpeedSensor,
-    /// See [`FaultPoint::CurrentSensor`].
-    CurrentSensor,
-    /// See [`FaultPoint::VoltageSensor`].
-    VoltageSensor,
-    /// See [`FaultPoint::VoltageActuator`].
-    VoltageActuator,
-    /// See [`FaultPoint::LoadInertia`].
-    LoadInertia,
-    /// See [`FaultPoint::ArmatureResistance`].
-    ArmatureResistance,
-    /// See [`FaultPoint::TorqueConstant`].
-    TorqueConstant,
-    /// A sensor that is stuck or dead, or samples that do not come.
-    SensorLoss,
-    /// Two faults or more that cannot be told apart here.
-    Ambiguous,
-    /// No fault that the monitor knows.
-    Unknown,
-}
-
-impl Name {
-    /// All, in the order of the tables.
-    pub const ALL: [Self; 11] = [
-        Self::LoadTorque,
-        Self::SpeedSensor,
-        Self::CurrentSensor,
-        Self::VoltageSensor,
-        Self::VoltageActuator,
-        Self::LoadInertia,
-        Self::ArmatureResistance,
-        Self::TorqueConstant,
-        Self::SensorLoss,
-        Self::Ambiguous,
-        Self::Unknown,
-    ];
-
-    /// The right name for a fault at `point`.
-    #[must_use]
-    pub const fn of(point: FaultPoint) -> Self {
-        match point {
-            FaultPoint::LoadTorque => Self::LoadTorque,
-            FaultPoint::SpeedSensor => Self::SpeedSensor,
-            FaultPoint::CurrentSensor => Self::CurrentSensor,
-            FaultPoint::VoltageSensor => Self::VoltageSensor,
-            FaultPoint::VoltageActuator => Self::VoltageActuator,
-            FaultPoint::LoadInertia => Self::LoadInertia,
-            FaultPoint::ArmatureResistance => Self::ArmatureResistance,
-            FaultPoint::TorqueConstant => Self::TorqueConstant,
-            FaultPoint::Sampling => Self::SensorLoss,
-        }
-    }
-
-    /// In words.
-    #[must_use]
-    pub const fn words(self) -> &'static str {
-        match self {
-            Self::LoadTorque => "load torque",
-            Self::SpeedSensor => "speed sensor",
-            Self::CurrentSensor => "current sensor",
-            Self::VoltageSensor => "voltage sensor",
-            Self::VoltageActuator => "voltage actuator",
-            Self::LoadInertia => "load inertia",
-            Self::ArmatureResistance => "armature resistance",
-            Self::TorqueConstant => "torque constant",
-            Self::SensorLoss => "sensor loss",
-            Self::Ambiguous => "ambiguous",
-            Self::Unknown => "unknown",
-        }
-    }
 }
 
 /// A monitor under way. Object calls cost nanoseconds, the plant a hundred: no generics are needed around it.
@@ -159,6 +81,16 @@ impl Known {
             torque_constant_nm_per_a: motor.torque_constant_nm_per_a,
             load_slope_nm_s: load.viscous_nm_s + 2.0 * load.quadratic_nm_s2 * scenario.set_point(0.0).abs(),
             adc_steps: [noise.speed_step_rad_per_s, noise.current_step_a, noise.voltage_step_v],
+        }
+    }
+
+    /// The constants as the core takes them.
+    #[must_use]
+    pub const fn motor_constants(&self) -> MotorConstants {
+        MotorConstants {
+            resistance_ohm: self.resistance_ohm as f32,
+            torque_constant_nm_per_a: self.torque_constant_nm_per_a as f32,
+            load_slope_nm_s: self.load_slope_nm_s as f32,
         }
     }
 

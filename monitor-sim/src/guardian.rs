@@ -1,0 +1,180 @@
+//! The monitor in `guard` mode with what its user tells it, as the mission, the replay and the studies drive it.
+
+use monitor_core::guard::{
+    Config, ConfigError, Directions, Explanation, Finding, Guard, MotorConstants, Phase, Verdict,
+};
+use monitor_core::moments::{LearnError, Moments};
+use monitor_core::verdict::Absence;
+use serde::Serialize;
+
+use crate::names::name::Name;
+
+/// The monitor, and the directions by which it names faults once it has learned.
+#[derive(Clone, Debug)]
+pub struct Guardian {
+    guard: Guard,
+    motor: Option<MotorConstants>,
+    directions: Directions,
+}
+
+/// What is said of one sample.
+#[derive(Clone, Copy, Debug)]
+pub struct Said {
+    /// By the monitor.
+    pub verdict: Verdict,
+    /// The name of what is wrong, once there is one.
+    pub found: Option<Found>,
+    /// With the last sample of a learning window: whether it was accepted.
+    pub learned: Option<Result<(), LearnError>>,
+}
+
+/// A name for what is wrong.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Found {
+    /// The name.
+    pub name: Name,
+    /// The size, where the name has one.
+    pub size: Option<Size>,
+}
+
+/// How large a fault is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Size {
+    /// The size, in its unit.
+    pub value: f64,
+    /// Its standard deviation by noise.
+    pub sigma: f64,
+    /// The unit of both.
+    pub unit: &'static str,
+}
+
+impl Guardian {
+    /// A monitor before its first sample. Without constants of the motor, faults are found but not named.
+    ///
+    /// # Errors
+    /// [`ConfigError`] names the setting that is out of range.
+    pub fn new(config: &Config, motor: Option<MotorConstants>) -> Result<Self, ConfigError> {
+        Ok(Guardian { guard: Guard::new(config)?, motor, directions: Directions::none() })
+    }
+
+    /// Takes one sample.
+    pub fn step(&mut self, set_point: f32, x: [f32; 3]) -> Said {
+        self.guard.step_channels(set_point, x);
+        self.said()
+    }
+
+    /// Lets a slot go by that has no sample.
+    pub fn skip(&mut self) -> Said {
+        self.guard.skip(Absence::Missing);
+        self.said()
+    }
+
+    /// The monitor itself.
+    #[must_use]
+    pub const fn guard(&self) -> &Guard {
+        &self.guard
+    }
+
+    fn said(&mut self) -> Said {
+        let verdict = *self.guard.verdict();
+        let learned = (verdict.phase() == Phase::ModelDue).then(|| self.learn());
+        Said { verdict, found: self.found(&verdict), learned }
+    }
+
+    fn learn(&mut self) -> Result<(), LearnError> {
+        self.guard.finish_learning()?;
+        let mean = self.guard.model().map(monitor_core::guard::Model::mean);
+        let directions = self.motor.zip(mean).and_then(|(motor, mean)| Directions::of_motor(&motor, mean).ok());
+        self.directions = directions.unwrap_or_default();
+        Ok(())
+    }
+
+    fn found(&self, verdict: &Verdict) -> Option<Found> {
+        if verdict.deviates() {
+            return found(&self.guard.finding(&self.directions));
+        }
+        let lost = verdict.gap() || verdict.losses().next().is_some();
+        lost.then_some(Found { name: Name::SensorLoss, size: None })
+    }
+
+    /// Share of each channel in how far the motor is from healthy, by the squares of its deviations in sigmas: of the
+    /// estimate where a fault has stood still, of this sample's readings where it has not. None while nothing is judged.
+    #[must_use]
+    pub fn contributions(&self, x: [f32; 3]) -> Option<[f64; 3]> {
+        let (model, estimate) = (self.guard.model()?, self.guard.deviation()?);
+        let read = [0, 1, 2].map(|k| x[k] - model.mean()[k]);
+        let deviation = if self.guard.verdict().settled() { estimate } else { read };
+        let squares = [0, 1, 2].map(|k| f64::from(deviation[k] / model.sigma()[k]).powi(2));
+        let total: f64 = squares.iter().sum();
+        (total > 0.0 && total.is_finite()).then(|| squares.map(|square| square / total))
+    }
+}
+
+fn found(finding: &Finding) -> Option<Found> {
+    match finding {
+        Finding::Healthy | Finding::Locating => None,
+        Finding::Fault(Explanation { cause, size, size_sigma, .. }) => {
+            let name = Name::of_cause(*cause);
+            let size = Size { value: f64::from(*size), sigma: f64::from(*size_sigma), unit: name.unit() };
+            Some(Found { name, size: Some(size) })
+        }
+        Finding::Ambiguous(..) => Some(Found { name: Name::Ambiguous, size: None }),
+        Finding::Unknown => Some(Found { name: Name::Unknown, size: None }),
+    }
+}
+
+/// Least of each time constant, in samples: what is faster does not average, and slower sensors need the rest as well.
+const LEAST_SAMPLES: [f64; 3] = [1.0, 16.0, 250.0];
+
+/// How many middle time constants a learning window must hold (the core's rule), and how many slow ones are enough that its
+/// metric has been seen: at the default rate and window there are seven.
+const MIDDLES_IN_WINDOW: f64 = 24.0;
+const SLOWS_IN_WINDOW: f64 = 5.0;
+
+/// Longest seeding window, s.
+const SEED_S: f64 = 1.0;
+
+/// How many learning windows the mean remembers, at least.
+const MEMORY_IN_WINDOWS: f64 = 4.0;
+
+/// Fewest samples for which the motor must look healthy before an alarm is withdrawn.
+const CLEAR_HOLD_SAMPLES: f64 = 4.0;
+
+/// Settings for a rate and a stretch of healthy samples (s) that is preceded by `before_s` in which the loop settles: the
+/// core's own, but for logs that are so slow, or stretches so short, that those would average over no samples.
+#[must_use]
+pub fn settings(rate_hz: f64, false_alarms_per_hour: f64, settle_s: f64, seed_s: f64, learn_s: f64) -> Config {
+    let usual = Config::at_rate(rate_hz as f32);
+    let [fast, middle, slow] = usual.time_constants_s.map(f64::from);
+    let [least_fast, least_middle, least_slow] = LEAST_SAMPLES.map(|samples| samples / rate_hz);
+    let middle = middle.max(least_middle).min(learn_s / MIDDLES_IN_WINDOW);
+    let fast = fast.max(least_fast).min(middle);
+    let slow = slow.max(least_slow).min(learn_s / SLOWS_IN_WINDOW).max(middle);
+    // Rounded to f32, a window of exactly so many of them must still hold them.
+    let middle = middle * (1.0 - 1e-6);
+    Config {
+        false_alarms_per_hour: false_alarms_per_hour as f32,
+        settle_s: settle_s as f32,
+        seed_s: whole_samples(seed_s, rate_hz),
+        learn_s: whole_samples(learn_s, rate_hz),
+        time_constants_s: [fast, middle, slow].map(|time| time as f32),
+        memory_s: usual.memory_s.max((MEMORY_IN_WINDOWS * learn_s) as f32),
+        clear_hold_s: usual.clear_hold_s.max((CLEAR_HOLD_SAMPLES / rate_hz) as f32),
+        ..usual
+    }
+}
+
+/// A time that the core, which cuts fractions of a sample off, takes for this number of samples.
+fn whole_samples(time_s: f64, rate_hz: f64) -> f32 {
+    (((time_s * rate_hz).round() + 0.25) / rate_hz) as f32
+}
+
+/// How a stretch that is healthy from `start_s` to `end_s` is spent (settling, seeding, learning, each in s): the two seeding
+/// windows lie before it where there is room, and take its beginning where there is not.
+#[must_use]
+pub fn spent(rate_hz: f64, start_s: f64, end_s: f64) -> [f64; 3] {
+    let least_s = f64::from(Moments::<3>::MIN_SAMPLES) / rate_hz;
+    let seed_s = SEED_S.min(start_s / 2.0).max(least_s);
+    let settle_s = (start_s - 2.0 * seed_s).max(0.0);
+    [settle_s, seed_s, end_s - settle_s - 2.0 * seed_s]
+}

@@ -1,0 +1,122 @@
+//! Results of `guard` mode as tables of text.
+
+use super::{TextTable, found_at, significant, time};
+use crate::intervals::Interval;
+use crate::mission::guard::{Flight, GuardReport, RampRow, ScaleLimits, WindowQuality};
+use crate::score::guard::FaultScore;
+
+/// The tables of a mission.
+#[must_use]
+pub fn of_mission(report: &GuardReport) -> Vec<TextTable> {
+    vec![
+        times("Faults: seconds from the fault's start, and behind its end", &report.faults),
+        names("Names: which stood longest, when the right one first stood, for how much of the time", &report.faults),
+        ramps(report),
+        times("Times again, with a load of the same torque that grows with speed", &report.speed_dependent_load),
+        names("Names again, with that load", &report.speed_dependent_load),
+        limits(&report.limits, &report.settings.time_constants_s),
+    ]
+}
+
+fn injected(row: &FaultScore) -> String {
+    format!("{} {}", row.id, row.fault)
+}
+
+fn times(caption: &str, rows: &[FaultScore]) -> TextTable {
+    let row = |row: &FaultScore| {
+        let since = |t_s: Option<f64>, from_s: f64, none: &str| {
+            t_s.map_or_else(|| none.to_owned(), |t_s| found_at((t_s - from_s).max(0.0)))
+        };
+        let never = if row.detected_s.is_some() { "never" } else { "-" };
+        [
+            injected(row),
+            time(row.start_s),
+            since(row.detected_s, row.start_s, "missed"),
+            time(row.end_s),
+            found_at(row.recovered_s - row.end_s),
+            since(row.cleared_s, row.end_s, never),
+            since(row.cleared_s, row.recovered_s, never),
+        ]
+    };
+    let header = ["", "starts", "detected after", "ends", "loop back after", "cleared after", "behind the loop"];
+    TextTable::new(caption, header).with_rows(rows.iter().map(row))
+}
+
+fn names(caption: &str, rows: &[FaultScore]) -> TextTable {
+    let row = |row: &FaultScore| {
+        let name = match (&row.located, row.located_as) {
+            (Some(id), Some(words)) if id != words => format!("{id} {words}"),
+            (Some(id), _) => id.clone(),
+            _ => "-".to_owned(),
+        };
+        let size = row.size.zip(row.size_sigma).zip(row.size_unit);
+        [
+            injected(row),
+            name,
+            row.located_s.map_or_else(|| "never".to_owned(), |t_s| found_at(t_s - row.start_s)),
+            row.located_share.map_or_else(|| "-".to_owned(), |share| format!("{:.1} %", 100.0 * share)),
+            size.map_or_else(|| "-".to_owned(), |((size, _), unit)| format!("{} {unit}", significant(size))),
+            size.map_or_else(|| "-".to_owned(), |((_, sigma), _)| format!("{sigma:.1e}")),
+        ]
+    };
+    let header = ["", "named", "right after", "right for", "size", "its sigma"];
+    TextTable::new(caption, header).with_rows(rows.iter().map(row))
+}
+
+fn ramps(report: &GuardReport) -> TextTable {
+    let fault = |id: &str| report.faults.iter().find(|row| row.id == id).map_or_else(|| id.to_owned(), injected);
+    let row = |row: &RampRow| {
+        let value = row.value_at_detection.map_or_else(|| "missed".to_owned(), significant);
+        [fault(&row.id), value, significant(row.amplitude), row.unit.to_owned()]
+    };
+    TextTable::new("Ramps: value of the fault when it is detected", ["", "detected at", "full size", "unit"])
+        .with_rows(report.ramp.iter().map(row))
+}
+
+/// The three time scales.
+#[must_use]
+pub fn limits(limits: &ScaleLimits, time_constants_s: &[f32; 3]) -> TextTable {
+    let names = ["fast", "middle", "slow"];
+    let limits = [limits.fast, limits.middle, limits.slow];
+    let rows = names.into_iter().zip(time_constants_s).zip(limits);
+    let row = |((name, time_s), limit): ((&str, &f32), f64)| {
+        [name.to_owned(), significant(f64::from(*time_s)), significant(limit)]
+    };
+    TextTable::new("Time scales, with their limits as sharp as they were at the end", ["", "time constant, s", "limit"])
+        .with_rows(rows.map(row))
+}
+
+/// What a learning window was like.
+#[must_use]
+pub fn quality(quality: &WindowQuality) -> TextTable {
+    let row = [
+        quality.samples.to_string(),
+        format!("{:.2} %", 100.0 * quality.clipped_share),
+        significant(quality.condition_number),
+        format!("{:.2} sigma", quality.half_shift_sigma),
+        significant(quality.slow_variance_ratio),
+    ];
+    let header = ["samples", "clipped", "condition number", "moved by", "memory of the noise (1: none)"];
+    TextTable::new("The learning window", header).with_rows([row])
+}
+
+/// What happened in a flight, in order, the first `most`.
+#[must_use]
+pub fn events(flight: &Flight, most: usize) -> TextTable {
+    let outputs = &flight.recording.outputs;
+    let both = |intervals: Vec<Interval>, begins: String, ends: String| {
+        intervals.into_iter().flat_map(move |at| [(at.start, begins.clone()), (at.end, ends.clone())])
+    };
+    let mut all: Vec<(u64, String)> =
+        both(outputs.alarm.all(), "alarm raised".to_owned(), "alarm withdrawn".to_owned()).collect();
+    for (name, stood) in outputs.names() {
+        let name = name.shown();
+        all.extend(both(stood, format!("named: {name}"), format!("no longer named: {name}")));
+    }
+    all.extend(both(outputs.recovering.all(), "the loop recovers".to_owned(), "the loop has recovered".to_owned()));
+    all.sort_by_key(|(at, _)| *at);
+    let count = all.len();
+    let caption = if count > most { format!("The first {most} events of {count}") } else { "All events".to_owned() };
+    let row = |(at, what): (u64, String)| [found_at(flight.recording.signals.seconds(at)), what];
+    TextTable::new(caption, ["at, s", "event"]).with_rows(all.into_iter().take(most).map(row))
+}
