@@ -144,13 +144,15 @@ pub(crate) struct ReplayArgs {
     /// Rows per second
     #[arg(long, value_name = "R", allow_negative_numbers = true)]
     pub(crate) rate_hz: f64,
-    /// Where to learn what healthy means: rows A..B, or seconds As..Bs
+    /// Where to learn what healthy means: rows A..B, or seconds As..Bs. In guard mode the first two tenths of the window seed
+    /// the clip of spikes, and the rest is learned from
     #[arg(long, value_name = "A..B", allow_hyphen_values = true, required_unless_present = "baseline")]
     pub(crate) learn: Option<RowWindow>,
-    /// Judge from the first row by a baseline that an earlier replay wrote (baseline.toml), instead of learning
+    /// With --mode paper: judge from the first row by a baseline that an earlier replay wrote (baseline.toml), instead of
+    /// learning
     #[arg(long, value_name = "FILE", conflicts_with_all = ["learn", "margin", "limits", "cutoff_hz"])]
     pub(crate) baseline: Option<PathBuf>,
-    /// When the set point of --learn returns, judge by what was learned there instead of learning anew
+    /// When the set point of --learn returns, judge by what was learned there instead of learning anew; guard mode always does
     #[arg(long)]
     pub(crate) recall: bool,
     /// Add a fault to a channel: CHANNEL:+V@ROW, CHANNEL:ramp+V@ROW..ROW, CHANNEL:xG@ROW
@@ -159,21 +161,33 @@ pub(crate) struct ReplayArgs {
     /// Settling time after a change of the set point, s
     #[arg(long, value_name = "S", default_value_t = 5.0, allow_negative_numbers = true)]
     pub(crate) settle: f64,
-    /// Learning time after a change of the set point, s; the length of --learn if none
+    /// With --mode paper: learning time after a change of the set point, s; the length of --learn if none
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub(crate) relearn: Option<f64>,
     /// Movement of the set point that is not a change, in its unit
     #[arg(long, value_name = "X", default_value_t = 0.0, allow_negative_numbers = true)]
     pub(crate) set_point_tolerance: f64,
-    /// Cutoff of the residuals' low-pass, Hz; 1, or a twentieth of the rate if that is less, if none
+    /// With --mode paper: cutoff of the residuals' low-pass, Hz; 1, or a twentieth of the rate if that is less, if none
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     pub(crate) cutoff_hz: Option<f64>,
-    /// Threshold over the largest residual of the learning window
-    #[arg(long, value_name = "X", default_value_t = 1.5, allow_negative_numbers = true, value_parser = positive)]
-    pub(crate) margin: f64,
-    /// Thresholds file, as `tune` writes it, instead of limits from the learning window
+    /// With --mode paper: threshold over the largest residual of the learning window; 1.5 if none
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = positive)]
+    pub(crate) margin: Option<f64>,
+    /// With --mode paper: thresholds file, as `tune` writes it, instead of limits from the learning window
     #[arg(long, value_name = "FILE", conflicts_with_all = ["margin", "cutoff_hz"])]
     pub(crate) limits: Option<PathBuf>,
+    /// In guard mode: false alarms that are tolerable per hour; 0.01 if none
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = positive)]
+    pub(crate) false_alarms_per_hour: Option<f64>,
+    /// In guard mode: armature resistance of the motor, ohm. With this and the next two, within 20 %, faults get names
+    #[arg(long, value_name = "OHM", allow_negative_numbers = true, value_parser = positive, requires_all = ["torque_constant", "load_slope", "speed"])]
+    pub(crate) resistance: Option<f64>,
+    /// In guard mode: torque constant, N m/A
+    #[arg(long, value_name = "NM/A", allow_negative_numbers = true, value_parser = positive, requires = "resistance")]
+    pub(crate) torque_constant: Option<f64>,
+    /// In guard mode: how much the load torque grows with speed at the set point, N m s/rad; 0 if it does not
+    #[arg(long, value_name = "NMS", allow_negative_numbers = true, value_parser = not_negative, requires = "resistance")]
+    pub(crate) load_slope: Option<f64>,
     /// Write no trace: it is larger than the log
     #[arg(long)]
     pub(crate) no_trace: bool,

@@ -9,6 +9,8 @@ use serde::Serialize;
 
 use crate::names::name::Name;
 
+pub mod summary;
+
 /// The monitor, and the directions by which it names faults once it has learned.
 #[derive(Clone, Debug)]
 pub struct Guardian {

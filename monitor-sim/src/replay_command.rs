@@ -2,24 +2,76 @@
 
 use std::process::ExitCode;
 
+use monitor_core::guard::MotorConstants;
 use monitor_sim::log::{ColumnRef, LogOptions};
 use monitor_sim::names::ChannelNames;
 use monitor_sim::output::OutputDir;
-use monitor_sim::replay::Source;
 use monitor_sim::replay::paper::{Learn, Limits, Replay};
+use monitor_sim::replay::{Source, guard};
 use monitor_sim::replay_page;
 use monitor_sim::settings::PaperSettings;
 use monitor_sim::trace::TraceWriter;
 
-use crate::args::ReplayArgs;
-use crate::{Failure, json, parsed, print, print_all, progress, settings};
+use crate::args::{Mode, ReplayArgs};
+use crate::{
+    FALSE_ALARMS_PER_HOUR, Failure, json, only_in_guard_mode, only_in_paper_mode, parsed, print, print_all, progress,
+    settings,
+};
+
+/// Threshold over the largest residual of the learning window, if the user says nothing.
+const MARGIN: f64 = 1.5;
 
 /// Replays a log.
 pub(crate) fn run(args: &ReplayArgs) -> Result<ExitCode, Failure> {
-    paper(args)
+    match args.mode {
+        Mode::Guard => guard(args),
+        Mode::Paper => paper(args),
+    }
+}
+
+fn guard(args: &ReplayArgs) -> Result<ExitCode, Failure> {
+    if args.baseline.is_some() {
+        return Err("guard mode cannot judge by a stored baseline yet: give --learn A..B, or add --mode paper".into());
+    }
+    only_in_paper_mode("--margin", args.margin.is_some())?;
+    only_in_paper_mode("--limits", args.limits.is_some())?;
+    only_in_paper_mode("--cutoff-hz", args.cutoff_hz.is_some())?;
+    only_in_paper_mode("--relearn", args.relearn.is_some())?;
+    let replay = guard::Replay {
+        source: source(args)?,
+        learn: args.learn.ok_or("give --learn A..B")?,
+        false_alarms_per_hour: args.false_alarms_per_hour.unwrap_or(FALSE_ALARMS_PER_HOUR),
+        settle_s: args.settle,
+        set_point_tolerance: args.set_point_tolerance,
+        motor: motor(args),
+    };
+    let out = OutputDir::prepare(&args.out)?;
+    out.spares(&args.log, &["replay.csv", "replay.html"])?;
+    let bar = progress(replay.source.bytes(), "bytes");
+    let replayed = replay.run(
+        |names| (!args.no_trace).then(|| TraceWriter::create(&out, "replay.csv", names)).transpose(),
+        |bytes| bar.set_position(bytes),
+    );
+    bar.finish_and_clear();
+    let mut replayed = replayed?;
+    let page = replay_page::guard::page(&replay, &replayed)?;
+    replayed.report.files.insert(0, out.write("replay.html", &page)?);
+    print_all(&if args.json { json(&replayed.report)? } else { print::guard::replay(&replayed) })?;
+    Ok(ExitCode::from(replayed.report.exit))
+}
+
+/// The motor's constants, if they were given.
+fn motor(args: &ReplayArgs) -> Option<MotorConstants> {
+    Some(MotorConstants {
+        resistance_ohm: args.resistance? as f32,
+        torque_constant_nm_per_a: args.torque_constant? as f32,
+        load_slope_nm_s: args.load_slope? as f32,
+    })
 }
 
 fn paper(args: &ReplayArgs) -> Result<ExitCode, Failure> {
+    only_in_guard_mode("--false-alarms-per-hour", args.false_alarms_per_hour.is_some())?;
+    only_in_guard_mode("--resistance", args.resistance.is_some())?;
     let limits = match &args.limits {
         Some(path) => Some(settings(Some(path))?),
         None => None,
@@ -40,7 +92,8 @@ fn paper(args: &ReplayArgs) -> Result<ExitCode, Failure> {
         cutoff_hz: limits.as_ref().map(|l| l.cutoff_hz).or(args.cutoff_hz),
         hysteresis: limits.as_ref().map_or(defaults.hysteresis, |l| l.hysteresis),
         explained_share: limits.as_ref().map_or(defaults.explained_share, |l| l.explained_share),
-        limits: limits.map_or(Limits::FromLearning { margin: args.margin }, |l| Limits::Fixed(l.thresholds)),
+        limits: limits
+            .map_or(Limits::FromLearning { margin: args.margin.unwrap_or(MARGIN) }, |l| Limits::Fixed(l.thresholds)),
     };
     let out = OutputDir::prepare(&args.out)?;
     out.spares(&args.log, &["replay.csv", "replay.html", "baseline.toml"])?;

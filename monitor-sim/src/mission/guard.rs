@@ -23,7 +23,7 @@ use crate::trace::{TraceRow, TraceWriter};
 
 mod report;
 
-pub use report::{GuardReport, RampRow, ScaleLimits, Settings, WindowQuality};
+pub use report::{GuardReport, RampRow};
 
 /// What came of one scenario.
 #[derive(Clone, Debug)]

@@ -10,6 +10,9 @@ use crate::page::{Block, Page};
 use crate::record::guard::Recording;
 use crate::tables::{self, TextTable};
 
+/// The faults of the paper.
+const PAPERS: [Name; 3] = [Name::LoadTorque, Name::SpeedSensor, Name::CurrentSensor];
+
 /// The page of a mission.
 ///
 /// # Errors
@@ -59,7 +62,7 @@ pub fn page(mission: &Mission, flights: &Flights, report: &GuardReport) -> Resul
 /// The distances of the three time scales over their limits, and under them what the monitor makes of them.
 fn watched(recording: &Recording, rate_hz: f64, axis: &TimeAxis) -> Result<Block, ChartError> {
     let mut pictures = severities(recording, axis)?;
-    pictures.push(timeline(recording, rate_hz, axis)?);
+    pictures.push(timeline(recording, rate_hz, &PAPERS, axis)?);
     let caption = "The distance of each time scale from healthy, over its limit; under it the alarm, the loop's recovery, and \
                    the names that stood.";
     Ok(Block::Figure { caption: caption.to_owned(), pictures })
@@ -88,11 +91,11 @@ pub fn severities(recording: &Recording, axis: &TimeAxis) -> Result<Vec<Picture>
     Ok(pictures)
 }
 
-/// Where an alarm stood, where the loop recovered, and where each name stood.
+/// Where an alarm stood, where the loop recovered, and where each name stood; some have a row even if they never did.
 ///
 /// # Errors
 /// [`ChartError`] when the picture cannot be drawn.
-pub fn timeline(recording: &Recording, rate_hz: f64, axis: &TimeAxis) -> Result<Picture, ChartError> {
+pub fn timeline(recording: &Recording, rate_hz: f64, always: &[Name], axis: &TimeAxis) -> Result<Picture, ChartError> {
     let outputs = &recording.outputs;
     let row = |name: &str, colour, stood: &[Interval]| LogicRow {
         name: name.to_owned(),
@@ -100,10 +103,9 @@ pub fn timeline(recording: &Recording, rate_hz: f64, axis: &TimeAxis) -> Result<
         intervals: in_seconds(stood, rate_hz),
     };
     let mut rows = vec![row("alarm", 0, &outputs.alarm.all()), row("recovering", 2, &outputs.recovering.all())];
-    // The paper's names have a row even where they never stood.
     for name in Name::ALL {
         let stood = outputs.of(name);
-        if !stood.is_empty() || matches!(name, Name::LoadTorque | Name::SpeedSensor | Name::CurrentSensor) {
+        if !stood.is_empty() || always.contains(&name) {
             rows.push(row(&name.shown(), 1, &stood));
         }
     }

@@ -1,1 +1,54 @@
-//! Guard.
+//! The page of a replay in `guard` mode: what was found and learned, the channels, the distances.
+
+use super::{LISTED_ALARMS, axis, channels, figure, say_what_is_shaded, section};
+use crate::chart::ChartError;
+use crate::mission_page::guard::{severities, timeline};
+use crate::page::{Block, Page};
+use crate::replay::guard::{Replay, Replayed};
+use crate::tables::guard as tables;
+
+/// The page of a replay.
+///
+/// # Errors
+/// [`ChartError`] when a picture cannot be drawn.
+pub fn page(replay: &Replay, replayed: &Replayed) -> Result<String, ChartError> {
+    let Replayed { report, recording, names } = replayed;
+    let axis = axis(&replay.source, &recording.signals, Some((report.learned.start_row, report.learned.end_row)));
+    let found = match report.alarms.len() {
+        0 => "No fault found".to_owned(),
+        1 => "1 alarm".to_owned(),
+        n => format!("{n} alarms"),
+    };
+    let summary = format!("{found} in {} rows at {} Hz. {}", report.samples, report.rate_hz, replayed.coverage());
+    let mut learned = vec![tables::learned(&report.learned, names).into_block()];
+    learned.extend(replayed.remarks().into_iter().map(Block::Paragraph));
+    learned.push(tables::quality(&report.learned.quality).into_block());
+    learned.push(tables::limits(&report.limits, &report.settings.time_constants_s).into_block());
+    let mut channels = channels(&replay.source, &recording.signals, &axis)?;
+    let mut watched = severities(recording, &axis)?;
+    watched.push(timeline(recording, report.rate_hz, &[], &axis)?);
+    say_what_is_shaded(channels.iter_mut().chain(&mut watched));
+    let settings = toml::to_string(&report.settings).unwrap_or_default();
+    let sections = vec![
+        section("Alarms", vec![tables::alarms(&report.alarms, names, LISTED_ALARMS).into_block()]),
+        section("Learned", learned),
+        section("Channels", vec![figure("The recorded channels, with the faults that were added to them.", channels)]),
+        section(
+            "Distances, alarms and names",
+            vec![figure(
+                "The distance of each time scale from healthy, over its limit; under it the alarm, the loop's recovery, and \
+                 the names that stood.",
+                watched,
+            )],
+        ),
+        section("Configuration", vec![Block::Verbatim { caption: "Monitor".to_owned(), text: settings }]),
+    ];
+    let title = format!("Thruster fault monitor: replay of {}", report.log.display());
+    let footer = format!(
+        "monitor-sim {}, {} mode, {} false alarms an hour asked for.",
+        env!("CARGO_PKG_VERSION"),
+        report.mode,
+        replay.false_alarms_per_hour
+    );
+    Ok(Page { title, summary, sections, footer }.to_html())
+}

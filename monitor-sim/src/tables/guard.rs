@@ -1,8 +1,11 @@
 //! Results of `guard` mode as tables of text.
 
 use super::{TextTable, found_at, significant, time};
+use crate::guardian::summary::{ScaleLimits, WindowQuality};
 use crate::intervals::Interval;
-use crate::mission::guard::{Flight, GuardReport, RampRow, ScaleLimits, WindowQuality};
+use crate::mission::guard::{Flight, GuardReport, RampRow};
+use crate::names::ChannelNames;
+use crate::replay::guard::{Alarm, Learned};
 use crate::score::guard::FaultScore;
 
 /// The tables of a mission.
@@ -119,4 +122,41 @@ pub fn events(flight: &Flight, most: usize) -> TextTable {
     let caption = if count > most { format!("The first {most} events of {count}") } else { "All events".to_owned() };
     let row = |(at, what): (u64, String)| [found_at(flight.recording.signals.seconds(at)), what];
     TextTable::new(caption, ["at, s", "event"]).with_rows(all.into_iter().take(most).map(row))
+}
+
+/// What a replay learned of each channel.
+#[must_use]
+pub fn learned(learned: &Learned, names: &ChannelNames) -> TextTable {
+    let caption = format!("Learned from rows {} to {}", learned.start_row, learned.end_row.saturating_sub(1));
+    let of = names.0.iter().zip(learned.mean).zip(learned.sigma);
+    let row = |((name, mean), sigma): ((&String, f64), f64)| [name.clone(), significant(mean), significant(sigma)];
+    TextTable::new(caption, ["", "mean", "sigma"]).with_rows(of.map(row))
+}
+
+/// The first `most` alarms of a replay.
+#[must_use]
+pub fn alarms(alarms: &[Alarm], names: &ChannelNames, most: usize) -> TextTable {
+    let [a, b, c] = names.0.each_ref().map(|name| format!("{name}, %"));
+    let caption = format!("Alarms: {} (with the share of each channel in the deviation)", alarms.len());
+    let header = ["rows", "seconds", "named", "size", "peak / limit", "scale", &a, &b, &c];
+    let row = |alarm: &Alarm| {
+        let end = if alarm.ongoing { "end".to_owned() } else { alarm.end_row.to_string() };
+        let [a, b, c] = match alarm.contributions {
+            Some(shares) => shares.map(|share| format!("{:.0}", 100.0 * share)),
+            None => ["-"; 3].map(str::to_owned),
+        };
+        let lost = if alarm.lost.is_empty() { String::new() } else { format!(" ({})", alarm.lost.join(", ")) };
+        [
+            format!("{}..{end}", alarm.start_row),
+            format!("{:.2}..{:.2}", alarm.start_s, alarm.end_s),
+            format!("{}{lost}", alarm.located_as()),
+            alarm.size.map_or_else(|| "-".to_owned(), |size| format!("{} {}", significant(size.value), size.unit)),
+            alarm.peak.map_or_else(|| "-".to_owned(), significant),
+            alarm.peak_scale.unwrap_or("-").to_owned(),
+            a,
+            b,
+            c,
+        ]
+    };
+    TextTable::new(caption, header).with_rows(alarms.iter().take(most).map(row))
 }
