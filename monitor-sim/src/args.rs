@@ -180,7 +180,7 @@ pub(crate) struct ReplayArgs {
     #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = positive)]
     pub(crate) false_alarms_per_hour: Option<f64>,
     /// In guard mode: armature resistance of the motor, ohm. With this and the next two, within 20 %, faults get names
-    #[arg(long, value_name = "OHM", allow_negative_numbers = true, value_parser = positive, requires_all = ["torque_constant", "load_slope", "speed"])]
+    #[arg(long, value_name = "OHM", allow_negative_numbers = true, value_parser = positive, requires_all = ["torque_constant", "load_slope"])]
     pub(crate) resistance: Option<f64>,
     /// In guard mode: torque constant, N m/A
     #[arg(long, value_name = "NM/A", allow_negative_numbers = true, value_parser = positive, requires = "resistance")]

@@ -142,18 +142,16 @@ const MEMORY_IN_WINDOWS: f64 = 4.0;
 /// Fewest samples for which the motor must look healthy before an alarm is withdrawn.
 const CLEAR_HOLD_SAMPLES: f64 = 4.0;
 
-/// Settings for a rate and a stretch of healthy samples (s) that is preceded by `before_s` in which the loop settles: the
-/// core's own, but for logs that are so slow, or stretches so short, that those would average over no samples.
+/// Settings for a rate, and for times in which to settle, to seed (twice) and to learn, each in s: the core's own, but for logs that are so slow, or stretches so short, that those would average over no samples.
 #[must_use]
 pub fn settings(rate_hz: f64, false_alarms_per_hour: f64, settle_s: f64, seed_s: f64, learn_s: f64) -> Config {
     let usual = Config::at_rate(rate_hz as f32);
     let [fast, middle, slow] = usual.time_constants_s.map(f64::from);
     let [least_fast, least_middle, least_slow] = LEAST_SAMPLES.map(|samples| samples / rate_hz);
-    let middle = middle.max(least_middle).min(learn_s / MIDDLES_IN_WINDOW);
+    // A little less, so that a window of exactly so many still holds them when both are rounded to f32.
+    let middle = middle.max(least_middle).min(learn_s / MIDDLES_IN_WINDOW * (1.0 - 1e-6));
     let fast = fast.max(least_fast).min(middle);
     let slow = slow.max(least_slow).min(learn_s / SLOWS_IN_WINDOW).max(middle);
-    // Rounded to f32, a window of exactly so many of them must still hold them.
-    let middle = middle * (1.0 - 1e-6);
     Config {
         false_alarms_per_hour: false_alarms_per_hour as f32,
         settle_s: settle_s as f32,

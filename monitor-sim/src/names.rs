@@ -208,8 +208,8 @@ impl ChannelNames {
                 format!("channel '{}' holds values too large to learn from", self.of(channel))
             }
             LearnError::Clipped => {
-                "more than a tenth of the learning window had to be clipped, so spikes are no exception \
-                 in it: choose another window"
+                "more than a tenth of the learning window had to be clipped: something began in it, or \
+                 spikes are no exception there: choose another window"
                     .to_owned()
             }
             LearnError::Drifting(channel) => format!(

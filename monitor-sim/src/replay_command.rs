@@ -37,6 +37,9 @@ fn guard(args: &ReplayArgs) -> Result<ExitCode, Failure> {
     only_in_paper_mode("--limits", args.limits.is_some())?;
     only_in_paper_mode("--cutoff-hz", args.cutoff_hz.is_some())?;
     only_in_paper_mode("--relearn", args.relearn.is_some())?;
+    if args.resistance.is_some() && args.speed.is_none() {
+        return Err("--resistance is a motor's: name its channels by --speed, --current and --voltage".into());
+    }
     let replay = guard::Replay {
         source: source(args)?,
         learn: args.learn.ok_or("give --learn A..B")?,

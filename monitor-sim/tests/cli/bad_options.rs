@@ -30,7 +30,7 @@ fn refuses_limits(from: &str, to: &str, words: &[&str]) {
     assert!(LIMITS.contains(from), "{from}");
     let desk = Desk::with_sample();
     desk.write("limits.toml", LIMITS.replacen(from, to, 1));
-    desk.refuses("--limits limits.toml", words);
+    desk.refuses("--mode paper --limits limits.toml", words);
     desk.refuses(&format!("replay log.csv {MOTOR} --limits limits.toml"), words);
 }
 
@@ -50,6 +50,8 @@ fn a_learning_window_that_holds_no_samples_to_learn_from_is_refused() {
         ("0..x", &["`x`", "not a number"]),
     ];
     for (window, words) in cases {
+        desk.refuses(&format!("{CHANNELS} --rate-hz 50 --learn {window} --mode paper"), words);
+        let words = if window == "100..129" { &["29 rows", "at least 180", "--learn"] } else { words };
         desk.refuses(&format!("{CHANNELS} --rate-hz 50 --learn {window}"), words);
     }
 }
@@ -162,13 +164,13 @@ fn a_mission_of_which_only_some_flights_fail_leaves_no_trace_either() {
     );
     let loaded = silent.replace("current_sensor", "load_torque").replace("0.5", "0.01");
     let desk = Desk::with("my.toml", &loaded.replace("start_s = 15.0", "start_s = 0.0"));
-    desk.refuses("--scenario my.toml", &["learning failed", "constant"]);
+    desk.refuses("--scenario my.toml --mode paper", &["learning failed", "constant"]);
 }
 
 #[test]
 fn thresholds_that_cannot_be_read_are_named() {
     let desk = Desk::with_sample();
-    for command in [String::new(), format!("replay log.csv {MOTOR}")] {
+    for command in ["--mode paper".to_owned(), format!("replay log.csv {MOTOR}")] {
         desk.refuses(&format!("{command} --limits limits.toml"), &["thresholds", "'limits.toml'"]);
         desk.refuses(&format!("{command} --limits log.csv"), &["thresholds", "'log.csv'", "TOML"]);
     }
@@ -206,7 +208,7 @@ fn a_command_or_option_that_does_not_exist_is_refused_with_the_nearest() {
         ("--sede 7", &["'--sede'", "'--seed'"]),
         ("--seed -1", &["--seed"]),
         ("--faults gone", &["step, ramp"]),
-        ("--mode other", &["paper"]),
+        ("--mode other", &["guard", "paper"]),
         ("replay", &["LOG.csv", "--rate-hz", "--learn"]),
         ("replay log.csv --out there", &["--rate-hz", "--learn"]),
         ("--json replay log.csv", &["'--json'"]),
@@ -240,7 +242,7 @@ fn a_stored_baseline_that_does_not_fit_is_refused_with_what_does_not() {
     let desk = Desk::with_sample();
     desk.run(&format!("replay log.csv {MOTOR} --out first")).code(1);
     let stored = desk.read("first/baseline.toml");
-    let columns = "--speed speed --current current --voltage voltage --rate-hz 50";
+    let columns = "--speed speed --current current --voltage voltage --rate-hz 50 --mode paper";
     let refused = |text: &str, options: &str, words: &[&str]| {
         desk.write("other.toml", text);
         desk.refuses(&format!("replay log.csv {options} --baseline other.toml"), words);

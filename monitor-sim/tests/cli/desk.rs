@@ -14,8 +14,12 @@ use tempfile::TempDir;
 /// The recorded sample: 3000 rows at 50 Hz, the speed sensor off from row 1750 (35 s) to row 2500 (50 s).
 pub(crate) const SAMPLE: &str = include_str!("../../samples/thruster.csv");
 
-/// How the sample is replayed.
-pub(crate) const MOTOR: &str = "--speed speed --current current --voltage voltage --rate-hz 50 --learn 5s..25s";
+/// How the sample is replayed in the paper's mode.
+pub(crate) const MOTOR: &str =
+    "--speed speed --current current --voltage voltage --rate-hz 50 --learn 5s..25s --mode paper";
+
+/// How the sample is replayed in guard mode, which is the default.
+pub(crate) const GUARD: &str = "--speed speed --current current --voltage voltage --rate-hz 50 --learn 5s..25s";
 
 /// A mission of 30 s with one fault, which is flown in a moment.
 pub(crate) const SHORT: &str = r#"

@@ -3,6 +3,8 @@
 mod bad_logs;
 mod bad_options;
 mod desk;
+mod guard_mission;
+mod guard_replay;
 mod mission;
 mod replay;
 mod study;

@@ -21,9 +21,9 @@ fn faults<'a>(report: &'a Value, method: &str) -> Vec<&'a Value> {
 }
 
 #[test]
-fn without_arguments_the_papers_mission_is_flown_into_monitor_out() {
+fn in_paper_mode_the_papers_mission_is_flown_into_monitor_out() {
     let desk = Desk::with("unrelated.txt", "");
-    let done = desk.run("").success().stderr("");
+    let done = desk.run("--mode paper").success().stderr("");
     let text = String::from_utf8(done.get_output().stdout.clone()).unwrap();
     for part in ["Table 1.", "Table 2.", "Located right: 3 of 3. False alarms: 0.", "monitor-out/mission.html"] {
         assert!(text.contains(part), "{part}\n{text}");
@@ -62,8 +62,8 @@ fn the_default_scenario_is_printed_and_flies_as_the_default_mission_does() {
     let desk = Desk::with("unrelated.txt", "");
     let printed = desk.run("scenario").success().stdout(SCENARIO);
     desk.write("my.toml", &printed.get_output().stdout);
-    let report = repeatable(desk.json("--scenario my.toml", 0));
-    assert_eq!(report, repeatable(desk.json("", 0)));
+    let report = repeatable(desk.json("--scenario my.toml --mode paper", 0));
+    assert_eq!(report, repeatable(desk.json("--mode paper", 0)));
 
     assert_eq!((&report["mode"], &report["seed"], &report["rate_hz"]), (&"paper".into(), &1.into(), &1000.0.into()));
     for method in ["pca", "ppca"] {
@@ -115,9 +115,9 @@ fn the_same_seed_gives_the_same_mission_and_another_seed_another() {
 #[test]
 fn faults_may_grow_in_place_of_coming_at_once() {
     let desk = Desk::with_short();
-    let step = desk.json("--scenario short.toml", 0);
+    let step = desk.json("--scenario short.toml --mode paper", 0);
     assert_ne!(desk.read("monitor-out/trace.csv"), desk.read("monitor-out/trace-ramp.csv"));
-    let ramp = desk.json("--scenario short.toml --faults ramp", 0);
+    let ramp = desk.json("--scenario short.toml --mode paper --faults ramp", 0);
     assert!(desk.read("monitor-out/trace.csv") == desk.read("monitor-out/trace-ramp.csv"));
     assert_eq!((&step["fault_profile"], &ramp["fault_profile"]), (&"step".into(), &"ramp".into()));
     let detected = |report: &Value| faults(report, "ppca")[0]["detected_s"].as_f64().unwrap();
@@ -138,7 +138,7 @@ fn results_go_where_they_are_sent_and_nowhere_else() {
 #[test]
 fn a_scenario_sampled_at_another_rate_than_its_thresholds_is_noted() {
     let desk = Desk::with("my.toml", &SHORT.replace("start = ", "record_every = 20\nstart = "));
-    let notes = desk.json("--scenario my.toml", 0)["notes"].take();
+    let notes = desk.json("--scenario my.toml --mode paper", 0)["notes"].take();
     assert!(notes[0].as_str().unwrap().contains("tune --scenario"), "{notes}");
 }
 
@@ -150,6 +150,7 @@ fn a_reader_that_has_gone_away_is_no_error() {
     let cases = [
         ("--scenario short.toml", 0),
         ("--scenario short.toml --json", 0),
+        ("--scenario short.toml --mode paper", 0),
         ("tune --scenario short.toml --runs 1", 0),
         ("scenario", 0),
         (&found, 1),

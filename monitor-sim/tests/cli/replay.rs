@@ -97,7 +97,7 @@ fn a_fault_added_to_a_healthy_log_is_found() {
 
 #[test]
 fn any_three_channels_are_judged_as_those_of_the_motor_are() {
-    let general = "--channel n=speed --channel i=current --channel u=5 --rate-hz 50 --learn 5s..25s";
+    let general = "--channel n=speed --channel i=current --channel u=5 --rate-hz 50 --learn 5s..25s --mode paper";
     let desk = Desk::with_sample();
     let motor = desk.replay(SAMPLE, "", 1);
     let report = desk.json(&format!("replay log.csv {general}"), 1);
@@ -132,8 +132,10 @@ fn a_change_of_the_set_point_is_no_fault_when_the_set_point_is_known() {
 #[test]
 fn a_window_that_leaves_no_row_to_judge_is_noted() {
     let desk = Desk::with_sample();
-    let report =
-        desk.json("replay log.csv --speed speed --current current --voltage voltage --rate-hz 50 --learn 0..3000", 0);
+    let report = desk.json(
+        "replay log.csv --speed speed --current current --voltage voltage --rate-hz 50 --learn 0..3000 --mode paper",
+        0,
+    );
     assert!(report["notes"][0].as_str().unwrap().contains("no row was judged"), "{}", report["notes"]);
 }
 
@@ -167,7 +169,7 @@ fn a_baseline_that_was_learned_once_judges_another_log_from_its_first_row() {
     let mut lines = SAMPLE.split_inclusive('\n');
     let later: String = lines.by_ref().take(1).collect::<String>() + &lines.skip(1300).collect::<String>();
     desk.write("later.csv", &later);
-    let columns = "--speed speed --current current --voltage voltage --rate-hz 50";
+    let columns = "--speed speed --current current --voltage voltage --rate-hz 50 --mode paper";
     let report = desk.json(&format!("replay later.csv {columns} --baseline first/baseline.toml --no-trace"), 1);
     assert_eq!(report["limits"], learned["limits"]);
     assert_eq!(report["learned"]["mean"], learned["learned"]["mean"]);

@@ -10,7 +10,7 @@ fn thresholds_that_tuning_wrote_are_accepted_by_missions_and_replays() {
     desk.write("log.csv", SAMPLE);
     let tuned = desk.json(&format!("{TUNE} --out limits.toml"), 0);
     let thresholds = &tuned["settings"]["thresholds"];
-    let mission = desk.json("--scenario short.toml --limits limits.toml", 0);
+    let mission = desk.json("--scenario short.toml --mode paper --limits limits.toml", 0);
     assert_eq!(mission["limits"], *thresholds);
     assert_eq!(mission["false_alarms"], 0);
     assert_eq!(mission["faults"][1]["located"], "F3");

@@ -33,7 +33,7 @@ fn line_ends_byte_order_mark_and_delimiter_make_no_difference() {
 
 #[test]
 fn columns_may_be_given_by_name_or_number_and_a_header_may_be_missing() {
-    let numbers = "--speed 3 --current 4 --voltage 5 --rate-hz 50 --learn 5s..25s";
+    let numbers = "--speed 3 --current 4 --voltage 5 --rate-hz 50 --learn 5s..25s --mode paper";
     let desk = Desk::with_sample();
     assert_eq!(desk.json(&format!("replay log.csv {numbers}"), 1)["alarms"], plain());
     let (_, headerless) = SAMPLE.split_once('\n').unwrap();
