@@ -33,6 +33,9 @@ const LEAST_LEARN: u64 = 4 * LEAST_SEED;
 /// slots, and begins to learn their noise only then.
 const WARM_UP: u64 = 256;
 
+/// Half-window means further apart than this many sigma are noted.
+const SHIFT_TO_NOTE_SIGMA: f64 = 0.5;
+
 /// What to replay, and how.
 #[derive(Clone, Debug)]
 pub struct Replay {
@@ -250,6 +253,13 @@ impl Pass<'_> {
         let Replay { source, motor, .. } = self.replay;
         let alarms = self.alarms.finish();
         let mut notes = notes(log, rows, self.recording.coverage.phases.monitoring);
+        let moved = f64::from(learned.quality.drift_sigmas);
+        if moved > SHIFT_TO_NOTE_SIGMA {
+            notes.push(format!(
+                "a channel's mean moves by {moved:.2} sigma from the first half of what was learned from to the second: it is \
+                 not stationary, and small faults are hidden"
+            ));
+        }
         if motor.is_none() && !alarms.is_empty() && self.names == ChannelNames::motor() {
             notes.push(
                 "faults get names from the motor's constants: give --resistance, --torque-constant and --load-slope"

@@ -144,7 +144,7 @@ fn a_log_may_come_through_a_pipe_because_it_is_read_once() {
 }
 
 #[test]
-fn what_guard_mode_cannot_do_is_refused_with_what_helps() {
+fn what_guard_mode_cannot_do_is_refused_or_noted_with_what_helps() {
     let desk = Desk::with_sample();
     let replay = format!("replay log.csv {GUARD}");
     let columns = GUARD.replace("--learn 5s..25s", "");
@@ -167,8 +167,10 @@ fn what_guard_mode_cannot_do_is_refused_with_what_helps() {
     desk.refuses(&format!("{replay} --settle -1"), &["settling time"]);
     desk.refuses(&format!("{replay} --set-point-tolerance nan"), &["tolerance"]);
     desk.refuses(&format!("replay log.csv {columns} --learn 1400..2200"), &["something began in it", "choose"]);
-    let drift = "--inject voltage:ramp+0.04@250..1250";
+    let drift = "--inject voltage:ramp+0.1@250..1250";
     desk.refuses(&format!("{replay} {drift}"), &["'voltage' moves", "choose a window"]);
+    let note = desk.json(&format!("{replay} --inject voltage:ramp+0.05@250..1250"), 1)["notes"].take();
+    assert!(note[0].as_str().unwrap().contains("not stationary"), "{note}");
     let constant = edited(|_, cells| cells[3] = "2.0".to_owned());
     desk.write("constant.csv", constant);
     desk.refuses(&format!("replay constant.csv {GUARD}"), &["'current' is constant"]);
