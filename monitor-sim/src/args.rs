@@ -15,10 +15,11 @@ const EXAMPLES: &str = "\
 Examples:
   monitor-sim                                 fly the paper's mission, write tables and page
   monitor-sim --faults ramp --seed 7          the same with growing faults and other noise
+  monitor-sim --mode paper                    the paper's method, with the paper's tables
   monitor-sim --scenario my.toml --out DIR    a mission of your own
   monitor-sim --json | jq .faults             the tables for machines
   monitor-sim scenario > my.toml              a scenario to edit
-  monitor-sim tune --out limits.toml          find thresholds by borderline runs
+  monitor-sim tune --out limits.toml          find the paper's thresholds by borderline runs
   monitor-sim study false-alarms --hours 10   count false alarms over random motors
   monitor-sim replay log.csv --speed rpm --current amps --voltage volts \\
       --rate-hz 50 --learn 5s..20s            find faults in a recorded log
@@ -29,13 +30,16 @@ const REPLAY_EXAMPLES: &str = "\
 Examples:
   monitor-sim replay log.csv --speed rpm --current amps --voltage volts \\
       --rate-hz 50 --learn 5s..20s
+  monitor-sim replay log.csv ... --resistance 0.3 --torque-constant 0.03 --load-slope 2e-4
+      the same, and faults get names: load torque, speed sensor, current sensor and others
   monitor-sim replay log.csv --speed 2 --current 3 --voltage 4 --set-point 1 \\
       --rate-hz 50 --learn 0..1000
   monitor-sim replay pump.csv --channel current=Current --channel voltage=Voltage \\
       --channel flow=Flow --rate-hz 1 --learn 0..400
   monitor-sim replay log.csv ... --inject current:+0.5@800 --inject speed:ramp+2@1200..1600
       an offset from row 800 on and a ramp over rows 1200 to 1599, added to a healthy log
-  monitor-sim replay next.csv ... --baseline monitor-out/baseline.toml
+  monitor-sim replay log.csv ... --mode paper
+  monitor-sim replay next.csv ... --mode paper --baseline monitor-out/baseline.toml
       judge another log by what was learned from the first
 
 Rows count from 0 (the first row under the header). Rows before and inside the learning
@@ -46,7 +50,7 @@ const TUNE_EXAMPLES: &str = "\
 Examples:
   monitor-sim tune                                      thresholds for the default motor, printed
   monitor-sim tune --scenario my.toml --out my-limits.toml
-  monitor-sim --scenario my.toml --limits my-limits.toml
+  monitor-sim --scenario my.toml --mode paper --limits my-limits.toml
   monitor-sim tune --runs 64 --margin 2 --json | jq .sweep
 
 Exit codes: 0 done, 2 the input or the command line was wrong.";

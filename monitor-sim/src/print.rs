@@ -93,7 +93,7 @@ pub(crate) fn tune(tune: &Tune, report: &TuneReport, settings: &str, file: Optio
     }
     match file {
         Some(path) => {
-            let _ = writeln!(text, "Written: {} (use it with --limits)", path.display());
+            let _ = writeln!(text, "Written: {} (use it with --mode paper --limits)", path.display());
         }
         None => text += settings,
     }
