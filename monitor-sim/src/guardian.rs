@@ -178,3 +178,41 @@ pub fn spent(rate_hz: f64, start_s: f64, end_s: f64) -> [f64; 3] {
     let settle_s = (start_s - 2.0 * seed_s).max(0.0);
     [settle_s, seed_s, end_s - settle_s - 2.0 * seed_s]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn at_the_usual_rate_and_window_the_settings_are_the_cores_own() {
+        assert_eq!(spent(1000.0, 5.0, 20.0), [3.0, 1.0, 15.0]);
+        let usual = Config::at_rate(1000.0);
+        let ours = settings(1000.0, 0.01, 2.0, 1.0, 15.0);
+        assert_eq!(ours.time_constants_s, usual.time_constants_s);
+        assert_eq!((ours.memory_s, ours.clear_hold_s), (usual.memory_s, usual.clear_hold_s));
+    }
+
+    proptest! {
+        #[test]
+        fn a_window_that_is_long_enough_makes_settings_that_the_core_takes_and_is_spent_to_the_row(
+            rate_hz in prop_oneof![Just(1.0), Just(10.0), 0.1..20_000.0_f64],
+            seed in 30_u64..5_000,
+            learn in 120_u64..200_000,
+        ) {
+            let [seed_s, learn_s] = [seed, learn].map(|rows| rows as f64 / rate_hz);
+            let config = settings(rate_hz, 0.01, 0.0, seed_s, learn_s);
+            let mut guardian = Guardian::new(&config, None);
+            prop_assert!(guardian.is_ok(), "{:?} {config:?}", guardian.err());
+            if let Ok(guardian) = &mut guardian
+                && learn < 2_000
+            {
+                // The gate takes one slot to find the set point. Readings that repeat with the noise of a converter.
+                let read = |k: u64| [0, 1, 2].map(|n| ((k * (7 + 4 * n) + k * k) % 31) as f32);
+                let slots = 2 * seed + learn;
+                let learned = (0..slots + 2).position(|k| guardian.step(0.0, read(k)).learned.is_some());
+                prop_assert_eq!(learned, Some(slots as usize));
+            }
+        }
+    }
+}

@@ -155,3 +155,69 @@ impl Flown<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::guardian::{Found, Said};
+    use crate::scenario::Scenario;
+
+    /// At 1 Hz: the speed sensor is off from 20 to 39, and a name stands from 22 to 44 with the alarm.
+    fn scored(name: impl Fn(u64) -> Option<Name>, recovered: Option<u64>) -> Score {
+        let fault =
+            Fault { start_s: 20.0, end_s: 40.0, id: "mine".to_owned(), ..Scenario::figure_1().faults[1].clone() };
+        let truth = [Truth { id: "mine".to_owned(), start: 20, end: 40 }];
+        let mut outputs = Outputs::default();
+        for index in 0..80 {
+            let found = name(index).map(|name| Found { name, size: None });
+            outputs.push(index, &Said { verdict: Default::default(), found, learned: None });
+        }
+        // A verdict cannot be made up: the alarm stands where a name does, and once more.
+        let named = outputs.names().flat_map(|(_, stood)| stood).collect::<Vec<_>>();
+        outputs.alarm = Default::default();
+        for index in 0..80 {
+            outputs.alarm.push(index, index == 70 || named.iter().any(|i| (i.start..i.end).contains(&index)));
+        }
+        let size = Size { value: 5.0, sigma: 0.5, unit: "rad/s" };
+        let seen = [Seen { recovered, sizes: vec![(Name::SpeedSensor, size)] }];
+        let flown = Flown {
+            faults: &[fault],
+            truth: &truth,
+            outputs: &outputs,
+            seen: &seen,
+            rate_hz: 1.0,
+            recovery: 10,
+            samples: 80,
+        };
+        flown.score()
+    }
+
+    #[test]
+    fn times_names_and_sizes_are_those_of_the_samples() {
+        let name = |index: u64| match index {
+            22..25 => Some(Name::LoadTorque),
+            25..45 => Some(Name::SpeedSensor),
+            _ => None,
+        };
+        let Score { faults, false_alarms } = scored(name, Some(43));
+        let [row] = &faults[..] else { panic!("one row") };
+        assert_eq!((row.detected_s, row.recovered_s, row.cleared_s), (Some(22.0), 43.0, Some(45.0)));
+        assert_eq!(
+            (row.located.as_deref(), row.located_as, row.located_s),
+            (Some("mine"), Some("speed sensor"), Some(25.0))
+        );
+        assert_eq!(row.located_share, Some(15.0 / 17.0), "25 to 39 of 23 to 39");
+        assert_eq!((row.size, row.size_sigma, row.size_unit), (Some(5.0), Some(0.5), Some("rad/s")));
+        assert!(row.is_located_right());
+        assert_eq!(false_alarms, 1, "at 70");
+    }
+
+    #[test]
+    fn a_wrong_name_has_its_own_identifier_and_no_size_of_another() {
+        let row = &scored(|index| (22..45).contains(&index).then_some(Name::LoadTorque), None).faults[0];
+        assert_eq!((row.located.as_deref(), row.located_s, row.located_share), (Some("F1"), None, Some(0.0)));
+        assert_eq!((row.size, row.recovered_s, row.is_located_right()), (None, 40.0, false));
+        let missed = &scored(|_| None, None).faults[0];
+        assert_eq!((missed.detected_s, missed.cleared_s, missed.located_share), (None, None, None));
+    }
+}
