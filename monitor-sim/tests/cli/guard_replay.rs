@@ -32,13 +32,15 @@ fn the_fault_of_the_sample_is_found_named_and_sized_by_constants_that_are_a_tent
 }
 
 #[test]
-fn without_constants_a_fault_is_unknown_and_the_channel_that_moved_is_told() {
+fn without_constants_an_offset_of_1_5_sigma_is_unknown_and_the_channel_that_moved_is_told() {
     let healthy = judged(&healthy(), "", 0);
     assert_eq!((&healthy["alarms"], &healthy["coverage"]["monitoring"]), (&Value::Array(vec![]), &450.into()));
-    for (position, injection) in ["speed:+1@1400", "current:+0.2@1400", "voltage:-0.2@1400"].into_iter().enumerate() {
+    for (position, injection) in
+        ["speed:+0.16@1400", "current:+0.03@1400", "voltage:-0.03@1400"].into_iter().enumerate()
+    {
         let report = judged(&first_rows(1700), &format!("--inject {injection}"), 1);
         let alarm = only_alarm(&report);
-        assert!((1400..1420).contains(&alarm["start_row"].as_u64().unwrap()), "{alarm}");
+        assert!((1400..1470).contains(&alarm["start_row"].as_u64().unwrap()), "{alarm}");
         assert_eq!(alarm["located"], "unknown");
         assert!(alarm["contributions"][position].as_f64().unwrap() > 0.8, "{injection}: {alarm}");
         assert!(report["notes"][0].as_str().unwrap().contains("--resistance"), "{}", report["notes"]);
@@ -95,6 +97,8 @@ fn a_log_of_one_row_a_second_is_judged_as_one_of_fifty_is() {
     assert!((1750..=1751).contains(&row), "{row}");
     let [fast, middle, slow] = [0, 1, 2].map(|n| report["settings"]["time_constants_s"][n].as_f64().unwrap());
     assert!((fast - 1.0).abs() < 1e-3 && (middle - 16.0).abs() < 1e-3 && slow >= 160.0, "{fast} {middle} {slow}");
+    // So few rows are fewer than the core's watch over its sensors wants to see first.
+    assert!((1750..=1751).contains(&found("1", "1050..1250").0));
     // A window of 400 rows holds 320 behind its seeds: 24 times a middle scale of 13.
     assert!((1750..=1751).contains(&found("1", "850..1250").0));
 }
