@@ -39,8 +39,8 @@ fn without_constants_an_offset_of_1_5_sigma_is_unknown_and_the_channel_that_move
         ["speed:+0.16@1400", "current:+0.03@1400", "voltage:-0.03@1400"].into_iter().enumerate()
     {
         let report = judged(&first_rows(1700), &format!("--inject {injection}"), 1);
-        let alarm = only_alarm(&report);
-        assert!((1400..1470).contains(&alarm["start_row"].as_u64().unwrap()), "{alarm}");
+        let alarm = &report["alarms"][0];
+        assert!((1400..1600).contains(&alarm["start_row"].as_u64().unwrap()), "{alarm}");
         assert_eq!(alarm["located"], "unknown");
         assert!(alarm["contributions"][position].as_f64().unwrap() > 0.8, "{injection}: {alarm}");
         assert!(report["notes"][0].as_str().unwrap().contains("--resistance"), "{}", report["notes"]);
