@@ -19,9 +19,12 @@ use crate::verdict::Absence;
 mod alarm;
 mod design;
 mod direction;
+mod flag;
 mod judge;
+mod known;
 mod level;
 mod model;
+mod pair;
 mod sensor;
 mod verdict;
 mod window;
@@ -31,9 +34,10 @@ pub use design::{Config, ConfigError, Design};
 pub use direction::{
     Cause, Direction, DirectionError, Directions, Explanation, Finding, MotorConstants, Noise, TOLERANCE_OF_CONSTANTS,
 };
-use judge::{Judge, Known};
+use judge::Judge;
+use known::Known;
 pub use model::{Model, Quality};
-use sensor::{Activity, Senses};
+use sensor::{Activity, ROUND, Senses};
 pub use verdict::{Loss, Phase, Verdict};
 pub use window::Window;
 
@@ -78,6 +82,8 @@ pub struct Guard {
     rules: Rules,
     senses: Senses,
     stage: Stage,
+    /// Samples taken: they say whose turn it is, and nothing else writes them.
+    count: u32,
     /// Slots in a row that had no sample.
     gap: u32,
     bank: Bank,
@@ -126,6 +132,7 @@ impl Guard {
             design,
             senses: Senses::default(),
             stage: Stage::Settling(None),
+            count: 0,
             gap: 0,
             bank: Bank::default(),
             quality: Quality::default(),
@@ -158,10 +165,11 @@ impl Guard {
         if let Stage::Judging(judge) = &mut self.stage
             && self.design.gate.holds(&self.gate, set_point)
         {
-            judge.step(&self.design, &self.rules, x, &mut self.verdict);
+            judge.step(&self.design, &self.rules, self.count, &mut self.verdict);
         } else {
             self.before_judging(set_point, x);
         }
+        self.count = self.count.wrapping_add(1);
         &self.verdict
     }
 
@@ -191,7 +199,10 @@ impl Guard {
             self.verdict.standing = self.verdict.standing.without_set_point();
             return;
         }
-        self.senses.step(fit, x);
+        let turn = (self.count % ROUND) as usize;
+        if let Some(x) = x.get(turn) {
+            self.senses.step(turn, *x);
+        }
         self.verdict.standing = self.verdict.standing.unjudged(held);
         match self.design.gate.step(&mut self.gate, set_point) {
             Gate::Changed => self.set_point_changed(set_point),
@@ -251,7 +262,7 @@ impl Guard {
             }
             Stage::Learning(learned) => {
                 learned.window.push(design, held, x);
-                learned.activity.push(&self.senses);
+                learned.activity.push(&self.senses, self.count);
                 if learned.window.slots >= design.learn_slots {
                     self.stage = Stage::ModelDue(*learned);
                 }

@@ -172,7 +172,10 @@ mod tests {
     #[test]
     fn flags_choose_and_count() {
         let (yes, no) = (Flag::new(true), Flag::new(false));
-        assert_eq!([yes.choose(1.0, -2.0), no.choose(1.0, -2.0), yes.or_zero(3.0), no.or_zero(3.0)], [1.0, -2.0, 3.0, 0.0]);
+        assert_eq!(
+            [yes.choose(1.0, -2.0), no.choose(1.0, -2.0), yes.or_zero(3.0), no.or_zero(3.0)],
+            [1.0, -2.0, 3.0, 0.0]
+        );
         assert_eq!([0, 1, 1 << 31, u32::MAX].map(|word| Flag::any(word).bit()), [0, 1, 1, 1]);
         let counts = [yes.count(0, 2), yes.count(1, 2), yes.count(2, 2), yes.count(0, 0), no.count(1, 2)];
         assert_eq!(counts, [1, 2, 2, 0, 0]);

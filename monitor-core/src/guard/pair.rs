@@ -38,6 +38,7 @@ fn rotated((a, s): ([f32; 3], f32), (b, t): ([f32; 3], f32)) -> ([f32; 3], [f32;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::triangle::square;
     use proptest::prelude::*;
 
     proptest! {
@@ -52,16 +53,22 @@ mod tests {
             let metric = Triangle::from_upper([[a, b, c], [0.0, d, e], [0.0, 0.0, f]]);
             prop_assert_eq!(metric.without(0), metric);
             // Of a parabola in the channel's value, through three points.
-            let at = |value: f32| { let mut y = y; y[place] = value; metric.square_of(y) };
+            let at = |value: f64| {
+                let mut y = y.map(f64::from);
+                y[place] = value;
+                let row = |row: [f32; 3]| row.iter().zip(y).map(|(u, y)| f64::from(*u) * y).sum::<f64>();
+                metric.rows().map(|cells| row(cells).powi(2)).iter().sum::<f64>()
+            };
             let (middle, slope, bend) = (at(0.0), 0.5 * (at(1.0) - at(-1.0)), 0.5 * (at(1.0) + at(-1.0)) - at(0.0));
-            let least = middle - slope * slope / (4.0 * bend);
+            let least = (middle - slope * slope / (4.0 * bend)) as f32;
+            let largest = middle as f32;
             let mut known = y;
             known[place] = 0.0;
             let found = metric.without(1 << place).square_of(known);
-            prop_assert!((found - least).abs() <= 1e-4 * middle + 1e-3, "{} for {}", found, least);
+            prop_assert!((found - least).abs() <= 1e-5 * largest + 1e-4, "{} for {}", found, least);
             // Nor does it matter what the lost channel says.
             let away = metric.without(1 << place).square_of(y);
-            prop_assert!((away - found).abs() <= 1e-4 * found + 1e-3, "{} for {}", away, found);
+            prop_assert!((away - found).abs() <= 1e-5 * square(y) * 100.0 + 1e-4, "{} for {}", away, found);
         }
     }
 }
