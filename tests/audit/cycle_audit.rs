@@ -159,7 +159,8 @@ pub fn report(kernels: &Kernels, progress: &mut dyn FnMut(&str)) -> Result<Repor
     progress("tracing every function of the monitor and its peers, instruction by instruction");
     let Runs { observed, of_peers } = trace_all(kernels)?;
     progress("proving that paths do not depend on data");
-    let short = [inputs::steps(1, 120), inputs::guard(1, 200), inputs::windows(1, 40), inputs::functions(Some(24))].concat();
+    let short =
+        [inputs::steps(1, 120), inputs::guard(1, 200), inputs::windows(1, 40), inputs::functions(Some(24))].concat();
     let proofs = prove(kernels, &short)?;
     let mut report = Report { title: "time".to_owned(), blind_spots: BLIND_SPOTS.into(), ..Report::default() };
     report.tables = vec![table(&observed, &proofs), of_peers_table(&of_peers), proof_table(&proofs)];
