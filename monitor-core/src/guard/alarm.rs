@@ -85,7 +85,7 @@ impl Rules {
             clear_hold: clear_hold.max(1),
             recovery,
             check,
-            first_check: recovery % check,
+            first_check: recovery % check.max(1),
             named_after: ((NAMED_AFTER * samples) as u32).div_ceil(2),
             steady: (samples as u32).div_ceil(2),
             per_sample: middle.variance_ratio(),

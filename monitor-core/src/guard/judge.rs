@@ -3,8 +3,6 @@
 //! Every slot takes one path, whatever the readings are: by its count it looks at one sensor, asks one of two questions about
 //! the fault, and in a few slots of a period sharpens what is known.
 
-use core::hint::select_unpredictable;
-
 use super::alarm::{Alarm, Evidence, Outcome, Rules};
 use super::design::Design;
 use super::direction::Noise;
@@ -112,7 +110,7 @@ impl Judge {
         self.follow(design, keep, now & moved, recovering, deviation);
         self.learn(design, count, now | recovering | held, severity);
         verdict.severity = severity;
-        verdict.alarm_since = select_unpredictable(new.is_set(), verdict.sample, verdict.alarm_since);
+        verdict.alarm_since = new.choose_long(verdict.sample, verdict.alarm_since);
         let named = Flag::reached(self.still, rules.named_after);
         verdict.standing = Standing::new([now, recovering, named, held], self.losses.stuck(), self.losses.silent());
     }
@@ -174,10 +172,7 @@ impl Judge {
         let [_, of_middle, of_slow] = &design.scales;
         let older = greater(self.gain / (1.0 + self.gain), of_slow.weight());
         self.gain = again.choose(of_middle.weight(), older);
-        let mut from = self.estimate;
-        for (from, middle) in from.iter_mut().zip(self.middle) {
-            *from = select_unpredictable(again.is_set(), middle, *from);
-        }
+        let from = smoothed(self.estimate, again.or_zero(1.0), self.middle);
         let stays = (!recovering).or_zero(1.0);
         self.estimate = smoothed(from, keep.or_zero(self.gain), deviation).map(|e| stays * e);
     }

@@ -1,10 +1,10 @@
 //! What is known of the healthy motor while it is judged, and how that sharpens.
 
+use super::SCALES;
 use super::design::Design;
-use super::flag::Flag;
+use super::flag::{Flag, greater, lesser, within};
 use super::level::PERIOD;
 use super::model::Model;
-use super::{SCALES, at_least, at_most};
 
 /// Limits while a model proves itself: what it rests on is not what it judges.
 const UNPROVEN: f32 = 1.5;
@@ -59,7 +59,7 @@ impl Known {
         // In the last period of the proof the limit is widened by the tail that was seen, once.
         let due = Flag::any(self.unproven) & !Flag::reached(self.unproven, PERIOD + 1);
         let (peak, expected) = (*self.peak.get(place)?, *design.expected_peaks.get(place)?);
-        let tail = at_most(at_least(UNPROVEN * peak / expected, 1.0), RAISED_TO);
+        let tail = lesser(greater(UNPROVEN * peak / expected, 1.0), RAISED_TO);
         let scale = self.model.scales.get_mut(place)?;
         scale.sharpen(y.map(|y| healthy.or_zero(y)), gain);
         scale.level.widen(due.choose(tail, 1.0));
@@ -73,10 +73,9 @@ impl Known {
     pub(super) fn follow(&mut self, design: &Design, suspected: Flag, middle: [f32; 3]) {
         let period = (!suspected).or_zero(PERIOD as f32);
         self.slots += period;
-        let share = period / at_most(self.slots, design.memory_slots);
+        let share = period / lesser(self.slots, design.memory_slots);
         for ((drift, moved), sigma) in self.drift.iter_mut().zip(middle).zip(self.model.sigma) {
-            let reach = design.drift_sigmas * sigma;
-            *drift = at_most(at_least(*drift + share * moved, -reach), reach);
+            *drift = within(*drift + share * moved, design.drift_sigmas * sigma);
         }
     }
 

@@ -27,11 +27,14 @@ pub const GUARD_FINDING: &str = "guard_finding";
 const PERIOD: u64 = 64;
 const TURNS: u64 = 5;
 
-/// Flies `episodes` set points, `judged` slots each.
+/// Slots without a fault before the set point changes.
+const QUIET: usize = 400;
+
+/// Flies `episodes` set points, `judged` slots each in which faults come and go.
 #[must_use]
 pub fn guard(episodes: usize, judged: usize) -> Vec<Question> {
     let Ok(guard) = Guard::new(&given::config()) else { return Vec::new() };
-    let mut flight = Flight { guard, last: Verdict::default(), questions: Vec::new() };
+    let mut flight = Flight { guard, last: Verdict::default(), seeding: 0, questions: Vec::new() };
     let mut samples = kernels::healthy(23);
     let mut next = || samples.next().unwrap_or_default();
     let mut odd = Odd::default();
@@ -52,9 +55,11 @@ pub fn guard(episodes: usize, judged: usize) -> Vec<Question> {
                 flight.finish_learning();
             }
         }
-        for slot in 0..judged {
-            let x = lost(slot, faulty(slot, next()));
-            flight.step(set_point, odd.in_one_of(23, x));
+        for slot in 0..judged + QUIET {
+            let x = next();
+            // Nothing is learned at a set point that is reached with a fault.
+            let x = if slot < judged { odd.in_one_of(23, lost(slot, faulty(slot, x))) } else { x };
+            flight.step(set_point, x);
             if slot % 9 == 0 {
                 flight.finding();
             }
@@ -89,15 +94,20 @@ fn lost(slot: usize, mut x: [f32; 3]) -> [f32; 3] {
 struct Flight {
     guard: Guard,
     last: Verdict,
+    /// Slots that were spent seeding.
+    seeding: usize,
     questions: Vec<Question>,
 }
 
 impl Flight {
     fn step(&mut self, set_point: f32, x: [f32; 3]) {
         let verdict = *self.guard.step_channels(set_point, x);
+        self.seeding = if verdict.phase() == Phase::Seeding { self.seeding + 1 } else { 0 };
+        let config = given::config();
+        let window_ends = self.seeding.is_multiple_of((config.seed_s * config.sample_rate_hz) as usize);
         let label = match (self.last.phase(), verdict.phase()) {
             (Phase::Settling, Phase::Settling) => GUARD_SETTLING,
-            (Phase::Seeding, Phase::Seeding) => GUARD_SEEDING,
+            (Phase::Seeding, Phase::Seeding) if !window_ends => GUARD_SEEDING,
             (Phase::Learning, Phase::Learning) => GUARD_LEARNING,
             (Phase::Monitoring, Phase::Monitoring) if verdict.sample() % PERIOD < TURNS => GUARD_TURN,
             (Phase::Monitoring, Phase::Monitoring) => GUARD_MONITORING,
