@@ -158,16 +158,15 @@ impl Guard {
 
     #[inline(never)]
     fn slot(&mut self, set_point: f32, a: f32, b: f32, c: f32) -> &Verdict {
-        let x = [a, b, c];
         self.gap = 0;
         self.verdict.sample = self.verdict.sample.wrapping_add(1);
-        self.verdict.readings = x;
+        self.verdict.readings = [a, b, c];
         if let Stage::Judging(judge) = &mut self.stage
             && self.design.gate.holds(&self.gate, set_point)
         {
             judge.step(&self.design, &self.rules, self.count, &mut self.verdict);
         } else {
-            self.before_judging(set_point, x);
+            self.before_judging(set_point);
         }
         self.count = self.count.wrapping_add(1);
         &self.verdict
@@ -192,7 +191,8 @@ impl Guard {
     /// A sample that no model judges.
     #[cold]
     #[inline(never)]
-    fn before_judging(&mut self, set_point: f32, x: [f32; 3]) {
+    fn before_judging(&mut self, set_point: f32) {
+        let x = self.verdict.readings;
         let fit = x.map(measurable);
         let held = !fit.iter().fold(true, |all, fit| all & fit);
         if !set_point.is_finite() {

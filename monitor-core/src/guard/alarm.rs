@@ -1,6 +1,7 @@
 //! When an alarm is raised, when it is withdrawn, and what may vote in between.
 
 use super::flag::{Flag, lesser, positive_part};
+use super::sensor::ROUND;
 use crate::ewma::Ewma;
 
 /// ln of the likelihood ratio at which the fault is taken to be gone: exp(18) to one.
@@ -25,6 +26,10 @@ const STILL_FALLING: f32 = 0.8;
 /// Time for which a deviation must have stood still before it is named, in time constants of the middle scale.
 const NAMED_AFTER: f32 = 1.0;
 
+/// Slots from one look at whether a fault has moved to the next: in two rounds of the sensors there are two slots that look
+/// at none, and two questions.
+const LOOK: u32 = 2 * ROUND;
+
 /// The frozen part, in samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Rules {
@@ -33,7 +38,7 @@ pub(super) struct Rules {
     check: u32,
     /// Slots until the first check, so that the last falls on the end.
     first_check: u32,
-    /// Looks, one in two slots, for which a deviation must have stood still before it is named.
+    /// Looks for which a deviation must have stood still before it is named.
     pub(super) named_after: u32,
     /// Looks without movement after which a loop counts as standing.
     pub(super) steady: u32,
@@ -86,8 +91,8 @@ impl Rules {
             recovery,
             check,
             first_check: recovery % check.max(1),
-            named_after: ((NAMED_AFTER * samples) as u32).div_ceil(2),
-            steady: (samples as u32).div_ceil(2),
+            named_after: ((NAMED_AFTER * samples) as u32).div_ceil(LOOK),
+            steady: (samples as u32).div_ceil(LOOK),
             per_sample: middle.variance_ratio(),
         }
     }

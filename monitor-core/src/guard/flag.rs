@@ -45,10 +45,10 @@ impl Flag {
         Flag(count.wrapping_sub(goal) >> 31 ^ 1)
     }
 
-    /// Whether any bit of a word is set.
+    /// Whether any of the lower 31 bits of a word is set, whose highest is not.
     #[inline(always)]
     pub(super) const fn any(word: u32) -> Self {
-        Flag((word | 0_u32.wrapping_sub(word)) >> 31)
+        Flag(0_u32.wrapping_sub(word) >> 31)
     }
 
     /// A bit of a word.
@@ -87,7 +87,9 @@ impl Flag {
 
     #[inline(always)]
     pub(super) const fn choose_long(self, a: u64, b: u64) -> u64 {
-        b ^ ((a ^ b) & 0_u64.wrapping_sub(self.0 as u64))
+        let (lower, upper) =
+            (self.choose_word(a as u32, b as u32), self.choose_word((a >> 32) as u32, (b >> 32) as u32));
+        (upper as u64) << 32 | lower as u64
     }
 
     /// Counts on towards a goal below 2^31, or begins again if the flag is not set.
@@ -176,7 +178,9 @@ mod tests {
             [yes.choose(1.0, -2.0), no.choose(1.0, -2.0), yes.or_zero(3.0), no.or_zero(3.0)],
             [1.0, -2.0, 3.0, 0.0]
         );
-        assert_eq!([0, 1, 1 << 31, u32::MAX].map(|word| Flag::any(word).bit()), [0, 1, 1, 1]);
+        assert_eq!([0, 1, 1 << 30, u32::MAX >> 1].map(|word| Flag::any(word).bit()), [0, 1, 1, 1]);
+        let long = (1 << 40 | 7, 3 << 32 | 1 << 31);
+        assert_eq!([yes.choose_long(long.0, long.1), no.choose_long(long.0, long.1)], [long.0, long.1]);
         let counts = [yes.count(0, 2), yes.count(1, 2), yes.count(2, 2), yes.count(0, 0), no.count(1, 2)];
         assert_eq!(counts, [1, 2, 2, 0, 0]);
         assert_eq!([(1, 2), (2, 2), (3, 2), (0, 0)].map(|(n, goal)| Flag::reached(n, goal).bit()), [0, 1, 1, 1]);

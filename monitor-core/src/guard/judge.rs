@@ -53,7 +53,7 @@ pub(super) struct Judge {
     pub(super) estimate: [f32; 3],
     /// Weight of the newest sample in the estimate.
     pub(super) gain: f32,
-    /// Looks since the middle scale was last far from the estimate, up to what is asked for; one slot in two looks.
+    /// Looks since the middle scale was last far from the estimate, up to what is asked for.
     still: u32,
     /// Looks since the fast scale last ran ahead of the middle one.
     steady: u32,
@@ -108,8 +108,8 @@ impl Judge {
         let now = now | (Flag::new(design.latch) & up);
         let moved = self.has_moved(rules, count, &images) & Flag::negative(over);
         self.follow(design, keep, now & moved, recovering, deviation);
-        self.learn(design, count, now | recovering | held, severity);
         verdict.severity = severity;
+        self.learn(design, count, now | recovering | held, &verdict.severity);
         verdict.alarm_since = new.choose_long(verdict.sample, verdict.alarm_since);
         let named = Flag::reached(self.still, rules.named_after);
         verdict.standing = Standing::new([now, recovering, named, held], self.losses.stuck(), self.losses.silent());
@@ -177,12 +177,16 @@ impl Judge {
         self.estimate = smoothed(from, keep.or_zero(self.gain), deviation).map(|e| stays * e);
     }
 
-    /// Whether the fault has come to stand elsewhere than it is estimated. One slot asks whether the loop is moving (the fast
-    /// scale runs ahead of the middle one), the next whether the middle scale is far from the estimate.
+    /// Whether the fault has come to stand elsewhere than it is estimated. They are asked in slots that look at no
+    /// sensor: one asks whether the loop is moving (the fast
+    /// scale runs ahead of the middle one), another whether the middle scale is far from the estimate.
     #[inline(always)]
     fn has_moved(&mut self, rules: &Rules, count: u32, images: &Images) -> Flag {
         let ([by_fast, ..], [per_fast, per_middle, _]) = (&self.metrics, self.known.per_limit);
-        if count.is_multiple_of(2) {
+        if count % ROUND != ROUND - 1 {
+            return Flag::new(false);
+        }
+        if count & ROUND == 0 {
             let moving = differ(per_fast / MOVING_SHARE, images.fast, by_fast.times(self.middle));
             self.steady = (!moving).count(self.steady, rules.steady);
             return Flag::new(false);
@@ -192,12 +196,14 @@ impl Judge {
         far & Flag::reached(self.steady, rules.steady)
     }
 
-    /// What is learned while judging: the tail of each distance, mean and metrics, which channel the metrics do without.
+    /// What is learned while judging: the tail of each distance, one a slot; mean and metrics; which channel the metrics do
+    /// without.
     #[inline(always)]
-    fn learn(&mut self, design: &Design, count: u32, suspected: Flag, severity: [f32; SCALES]) {
-        for (peak, severity) in self.known.peak.iter_mut().zip(severity) {
+    fn learn(&mut self, design: &Design, count: u32, suspected: Flag, severity: &[f32; SCALES]) {
+        let scale = (count % ROUND) as usize;
+        if let Some((peak, severity)) = self.known.peak.get_mut(scale).zip(severity.get(scale)) {
             // What raises an alarm is no tail.
-            *peak = greater(*peak, (!suspected).or_zero(severity));
+            *peak = greater(*peak, (!suspected).or_zero(*severity));
         }
         let turn = count % PERIOD;
         if turn <= SCALES as u32 + 1 {

@@ -24,7 +24,7 @@ pub(super) struct Known {
     slots: f32,
     /// Slots until the limits are proven, in whole periods.
     unproven: u32,
-    /// Largest distance of each time scale while they were not, in units of the limit that was judged by.
+    /// Largest distance of each time scale while they were not, of the slots that looked at it, in units of the limit that was judged by.
     pub(super) peak: [f32; SCALES],
     /// Slow movement of the mean that is taken to be benign.
     drift: [f32; 3],
