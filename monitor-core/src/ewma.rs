@@ -55,8 +55,7 @@ impl Ewma {
     /// Takes one sample. When `held` the state stays as it is, for the same work; the sample must be finite then, too.
     #[inline(always)]
     pub fn step<const N: usize>(&self, held: bool, state: &mut [f32; N], x: [f32; N]) {
-        // A mask: as a choice it may be compiled to a branch.
-        let weight = f32::from_bits(self.weight.to_bits() & u32::from(held).wrapping_sub(1));
+        let weight = if held { 0.0 } else { self.weight };
         for (y, x) in state.iter_mut().zip(x) {
             *y += weight * (x - *y);
         }

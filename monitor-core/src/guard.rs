@@ -34,6 +34,7 @@ pub use design::{Config, ConfigError, Design};
 pub use direction::{
     Cause, Direction, DirectionError, Directions, Explanation, Finding, MotorConstants, Noise, TOLERANCE_OF_CONSTANTS,
 };
+use flag::Flag;
 use judge::Judge;
 use known::Known;
 pub use model::{Model, Quality};
@@ -99,9 +100,9 @@ struct Bank {
 }
 
 impl Bank {
-    fn recall(&self, set_point: f32, holds: impl Fn(f32) -> bool) -> Option<Known> {
+    fn recall(&self, set_point: f32, holds: impl Fn(f32) -> bool) -> Option<&Known> {
         let near = self.entries.iter().flatten().filter(|(at, _)| holds(*at));
-        near.min_by(|(a, _), (b, _)| (a - set_point).abs().total_cmp(&(b - set_point).abs())).map(|(_, known)| *known)
+        near.min_by(|(a, _), (b, _)| (a - set_point).abs().total_cmp(&(b - set_point).abs())).map(|(_, known)| known)
     }
 
     /// Keeps a model; of another set point when there is no room, the one that was first kept goes.
@@ -193,8 +194,7 @@ impl Guard {
     #[inline(never)]
     fn before_judging(&mut self, set_point: f32) {
         let x = self.verdict.readings;
-        let fit = x.map(measurable);
-        let held = !fit.iter().fold(true, |all, fit| all & fit);
+        let held = x.iter().fold(Flag::new(false), |held, x| held | Flag::unfit(*x));
         if !set_point.is_finite() {
             self.verdict.standing = self.verdict.standing.without_set_point();
             return;
@@ -203,11 +203,11 @@ impl Guard {
         if let Some(x) = x.get(turn) {
             self.senses.step(turn, *x);
         }
-        self.verdict.standing = self.verdict.standing.unjudged(held);
+        self.verdict.standing = self.verdict.standing.unjudged(held.is_set());
         match self.design.gate.step(&mut self.gate, set_point) {
             Gate::Changed => self.set_point_changed(set_point),
             Gate::Settling => {}
-            Gate::Open => self.open(held, x),
+            Gate::Open => self.open(held.is_set(), x),
         }
         self.gather(held, x);
         self.verdict.phase = self.phase();
@@ -224,7 +224,7 @@ impl Guard {
         let tolerance_holds = |at: f32| self.design.gate.holds(&self.design.gate.open_at(at), set_point);
         self.stage = if let Some(known) = self.bank.recall(set_point, tolerance_holds) {
             self.gate = self.design.gate.open_at(set_point);
-            Stage::Judging(Judge::new(known, Alarm::recovering(&self.rules), self.senses, &self.design))
+            Stage::Judging(Judge::new(*known, Alarm::recovering(&self.rules), self.senses, &self.design))
         } else if suspected || matches!(self.stage, Stage::Withheld) {
             Stage::Withheld
         } else {
@@ -242,17 +242,17 @@ impl Guard {
     }
 
     /// Lets a phase before judging take its sample, and go over into the next.
-    fn gather(&mut self, held: bool, x: [f32; 3]) {
+    fn gather(&mut self, held: Flag, x: [f32; 3]) {
         let design = &self.design;
         match &mut self.stage {
-            Stage::Settling(mean) if !held => {
+            Stage::Settling(mean) if !held.is_set() => {
                 let before = mean.unwrap_or(x);
                 let [d0, d1, d2] = difference(x, before).map(|d| d * 0.0625); // over the last sixteen or so
                 let [m0, m1, m2] = before;
                 *mean = Some([m0 + d0, m1 + d1, m2 + d2]);
             }
             Stage::Seeding(moments, clip) => {
-                moments.push_unless(held, clip.map_or(x, |clip| clip.apply(x).0));
+                moments.push_unless(held.is_set(), clip.map_or(x, |clip| clip.apply(x).0));
                 if moments.slots() >= design.seed_slots {
                     self.stage = seeded(moments, clip.is_some(), design).unwrap_or_else(|error| {
                         self.refused = Some(error);
@@ -425,10 +425,10 @@ fn at_least(x: f32, bound: f32) -> f32 {
     select_unpredictable(x > bound, x, bound)
 }
 
-/// Whether a reading is a number.
+/// An exponential smoother's next value.
 #[inline(always)]
-const fn measurable(x: f32) -> bool {
-    x.abs() <= f32::MAX
+fn smoothed([a, b, c]: [f32; 3], weight: f32, [x, y, z]: [f32; 3]) -> [f32; 3] {
+    [a + weight * (x - a), b + weight * (y - b), c + weight * (z - c)]
 }
 
 #[cfg(test)]

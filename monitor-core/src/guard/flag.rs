@@ -57,6 +57,11 @@ impl Flag {
         Flag(word >> place & 1)
     }
 
+    #[inline(always)]
+    pub(super) const fn is_set(self) -> bool {
+        self.0 != 0
+    }
+
     /// 0 or 1.
     #[inline(always)]
     pub(super) const fn bit(self) -> u32 {

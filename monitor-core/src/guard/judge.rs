@@ -11,7 +11,7 @@ use super::known::Known;
 use super::level::PERIOD;
 use super::sensor::{Losses, ROUND, Senses};
 use super::verdict::{Standing, Verdict};
-use super::{SCALES, at_most, difference};
+use super::{SCALES, at_most, difference, smoothed};
 use crate::triangle::{Triangle, inner, square};
 
 /// Deviations count up to 2^20 sigmas, far beyond any fault, so that no number leaves the range of `f32`.
@@ -32,6 +32,9 @@ const MOVING_SHARE: f32 = 0.25;
 const SETTLED_TO_AT_FIRST: f32 = 0.05;
 const SETTLED_TO: f32 = 0.01;
 
+/// Slots of a period that have a turn: for each scale two, and the mean.
+const TURNS: u32 = 2 * SCALES as u32 + 1;
+
 /// The moving part.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Judge {
@@ -44,6 +47,8 @@ pub(super) struct Judge {
     /// The metrics as they judge: as known, but for the channel that they do without.
     metrics: [Triangle<3>; SCALES],
     blind: u32,
+    /// The channel that they are being made to do without.
+    blind_next: u32,
     /// The reciprocals of the limits as they judge.
     per_limit: [f32; SCALES],
     fast: [f32; 3],
@@ -78,6 +83,7 @@ impl Judge {
             centre: known.centre(),
             metrics: known.model.scales.map(|scale| scale.metric),
             blind: 0,
+            blind_next: 0,
             per_limit: known.per_limit.map(|per_limit| known.judged_by(per_limit)),
             fast: [0.0; 3],
             middle: [0.0; 3],
@@ -206,35 +212,37 @@ impl Judge {
             *peak = greater(*peak, (!suspected).or_zero(*severity));
         }
         let turn = count % PERIOD;
-        if turn <= SCALES as u32 + 1 {
+        if turn < TURNS {
             let [fast, middle, slow] = severity.map(|severity| Flag::below(severity, SUSPECTED_FROM));
-            self.take_turn(design, suspected | Flag::any(self.losses.lost()) | !(fast & middle & slow), turn);
+            self.take_turn(design, suspected | Flag::any(self.losses.lost()) | !(fast & middle & slow), turn as usize);
         }
     }
 
-    /// What one slot in a period does beside judging.
+    /// What a few slots in a period do beside judging, each its own: they sharpen a scale, let the mean follow, or work out how a
+    /// scale judges. What is lost is the same for all three; until the last is done, nothing is judged if that is another channel
+    /// than before.
     #[inline(never)]
-    fn take_turn(&mut self, design: &Design, suspected: Flag, turn: u32) {
-        let place = turn as usize;
+    fn take_turn(&mut self, design: &Design, suspected: Flag, turn: usize) {
         if let Some((y, per_limit)) =
-            [self.fast, self.middle, self.estimate].get(place).zip(self.per_limit.get_mut(place))
+            [self.fast, self.middle, self.estimate].get(turn).zip(self.per_limit.get_mut(turn))
         {
-            *per_limit = self.known.sharpen(design, suspected, place, *y).unwrap_or(*per_limit);
-        } else if place == SCALES {
+            *per_limit = self.known.sharpen(design, suspected, turn, *y).unwrap_or(*per_limit);
+            return;
+        }
+        let Some(place) = turn.checked_sub(SCALES + 1) else {
             self.known.follow(design, suspected, self.middle);
             self.known.prove();
             self.centre = self.known.centre();
-        } else {
-            self.blind = self.losses.lost();
-            self.metrics = self.known.model.scales.map(|scale| scale.metric.without(self.blind));
+            self.blind_next = self.losses.lost();
+            return;
+        };
+        if let Some((metric, scale)) = self.metrics.get_mut(place).zip(self.known.model.scales.get(place)) {
+            *metric = scale.metric.without(self.blind_next);
+        }
+        if place == SCALES - 1 {
+            self.blind = self.blind_next;
         }
     }
-}
-
-/// An exponential smoother's next value.
-#[inline(always)]
-fn smoothed([a, b, c]: [f32; 3], weight: f32, [x, y, z]: [f32; 3]) -> [f32; 3] {
-    [a + weight * (x - a), b + weight * (y - b), c + weight * (z - c)]
 }
 
 /// ln of the likelihood of the middle scale where the fault is gone over that where it stands as estimated.

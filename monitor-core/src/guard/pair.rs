@@ -1,5 +1,6 @@
 //! The metric of the pair that is left when a channel is lost.
 
+use super::flag::Flag;
 use crate::root::reciprocal_sqrt;
 use crate::triangle::{Triangle, inner};
 
@@ -14,8 +15,8 @@ impl Triangle<3> {
         let [u, v, w] = [first, second, third].map(|row| inner(row, column));
         let (second, rest, length) = rotated((second, v), (third, w));
         let (first, rest, _) = rotated((first, u), (rest, length));
-        let kept = if lost == 0 { 1.0 } else { 0.0 };
-        Triangle::from_upper([first, second, rest.map(|cell| kept * cell)])
+        let whole = !Flag::any(lost);
+        Triangle::from_upper([first, second, rest.map(|cell| whole.or_zero(cell))])
     }
 }
 
@@ -24,9 +25,9 @@ impl Triangle<3> {
 #[inline(always)]
 fn rotated((a, s): ([f32; 3], f32), (b, t): ([f32; 3], f32)) -> ([f32; 3], [f32; 3], f32) {
     let square = s * s + t * t;
-    let empty = square < 1e-37;
-    let per_length = reciprocal_sqrt(if empty { 1.0 } else { square });
-    let (cos, sin) = (if empty { 1.0 } else { t * per_length }, s * per_length);
+    let empty = Flag::below(square, 1e-37);
+    let per_length = reciprocal_sqrt(empty.choose(1.0, square));
+    let (cos, sin) = (empty.choose(1.0, t * per_length), s * per_length);
     let ([a0, a1, a2], [b0, b1, b2]) = (a, b);
     (
         [cos * a0 - sin * b0, cos * a1 - sin * b1, cos * a2 - sin * b2],
