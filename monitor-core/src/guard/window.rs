@@ -3,6 +3,7 @@
 use super::design::Design;
 use super::flag::Flag;
 use super::smoothed;
+use crate::ewma::Ewma;
 use crate::moments::{Clip, Moments, Statistics};
 
 /// Reach of the clip, in standard deviations of the seeding window: normal noise passes (one in 2 million), and a spike
@@ -47,10 +48,13 @@ impl Window {
         let (x, clipped) = self.clip.apply(if held.is_set() { self.centre } else { x });
         self.clipped += u32::from(clipped);
         let deviation = super::difference(x, self.centre);
-        for (state, scale) in self.smoothed.iter_mut().zip(&design.scales) {
-            *state = smoothed(*state, (!held).or_zero(scale.weight()), deviation);
-        }
-        let [fast, middle, slow] = self.smoothed;
+        // No loop: its condition would be asked once, by a branch, and not masked in each round.
+        let weight = |scale: &Ewma| (!held).or_zero(scale.weight());
+        let ([of_fast, of_middle, of_slow], [fast, middle, slow]) = (&design.scales, self.smoothed);
+        let fast = smoothed(fast, weight(of_fast), deviation);
+        let middle = smoothed(middle, weight(of_middle), deviation);
+        let slow = smoothed(slow, weight(of_slow), deviation);
+        self.smoothed = [fast, middle, slow];
         let turn = (self.slots % 4) as usize;
         if let (Some(moments), Some(y)) = (self.moments.get_mut(turn), [deviation, fast, middle, slow].get(turn)) {
             moments.push_unless(held.is_set(), *y);
