@@ -62,6 +62,12 @@ impl Flag {
         self.0 != 0
     }
 
+    /// The number, or zero if a bit of a word is not set.
+    #[inline(always)]
+    pub(super) const fn or_zero_by(word: u32, place: u32, x: f32) -> f32 {
+        f32::from_bits(x.to_bits() & ((word << (31 - place)) as i32 >> 31) as u32) // one instruction sign-extends a bit
+    }
+
     /// 0 or 1.
     #[inline(always)]
     pub(super) const fn bit(self) -> u32 {
@@ -183,6 +189,7 @@ mod tests {
             [yes.choose(1.0, -2.0), no.choose(1.0, -2.0), yes.or_zero(3.0), no.or_zero(3.0)],
             [1.0, -2.0, 3.0, 0.0]
         );
+        assert_eq!([0, 1, 2].map(|place| Flag::or_zero_by(0b101, place, -7.0)), [-7.0, 0.0, -7.0]);
         assert_eq!([0, 1, 1 << 30, u32::MAX >> 1].map(|word| Flag::any(word).bit()), [0, 1, 1, 1]);
         let long = (1 << 40 | 7, 3 << 32 | 1 << 31);
         assert_eq!([yes.choose_long(long.0, long.1), no.choose_long(long.0, long.1)], [long.0, long.1]);

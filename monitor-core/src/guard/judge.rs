@@ -112,8 +112,8 @@ impl Judge {
         let evidence = Evidence { severity, gone: keep.or_zero(over * rules.per_sample) };
         let Outcome { up: now, new, recovering } = self.alarm.step(rules, up, &evidence);
         let now = now | (Flag::new(design.latch) & up);
-        let moved = self.has_moved(rules, count, &images) & Flag::negative(over);
-        self.follow(design, keep, now & moved, recovering, deviation);
+        self.follow(design, keep, recovering, deviation);
+        self.look_at_fault(design, rules, count, now & !recovering & Flag::negative(over), &images);
         verdict.severity = severity;
         self.learn(design, count, now | recovering | held, &verdict.severity);
         verdict.alarm_since = new.choose_long(verdict.sample, verdict.alarm_since);
@@ -140,12 +140,12 @@ impl Judge {
         let unfit = a | b << 1 | c << 2;
         let several = lost & lost.wrapping_sub(1);
         let held = Flag::any((unfit & !lost) | several | (lost ^ self.blind));
-        // All bits, if the sample says nothing.
-        let without = unfit | lost | 0_u32.wrapping_sub(held.bit());
+        // No bit, if the sample says nothing.
+        let there = !(unfit | lost) & held.bit().wrapping_sub(1);
         let mut d = difference(x, self.centre);
         for (place, (d, sigma)) in d.iter_mut().zip(self.known.model.sigma).enumerate() {
             let reach = f32::from_bits(sigma.to_bits() + (REACH_OCTAVES << 23)); // the exponent, grown
-            *d = (!Flag::of(without, place as u32)).or_zero(within(*d, reach));
+            *d = Flag::or_zero_by(there, place as u32, within(*d, reach));
         }
         (d, held)
     }
@@ -169,37 +169,37 @@ impl Judge {
         [fast * per_fast, middle * per_middle, slow * per_slow]
     }
 
-    /// Moves the slow scale.
-    ///
-    /// While an alarm stands it begins `again` where the fault has come to stand elsewhere: not while the loop is moving, for
-    /// then the estimate is the memory of the fault by which its end is seen.
+    /// Moves the slow scale. While the loop recovers it waits at health.
     #[inline(always)]
-    fn follow(&mut self, design: &Design, keep: Flag, again: Flag, recovering: Flag, deviation: [f32; 3]) {
-        let [_, of_middle, of_slow] = &design.scales;
-        let older = greater(self.gain / (1.0 + self.gain), of_slow.weight());
-        self.gain = again.choose(of_middle.weight(), older);
-        let from = smoothed(self.estimate, again.or_zero(1.0), self.middle);
+    fn follow(&mut self, design: &Design, keep: Flag, recovering: Flag, deviation: [f32; 3]) {
+        let [_, _, of_slow] = &design.scales;
+        self.gain = greater(self.gain / (1.0 + self.gain), of_slow.weight());
         let stays = (!recovering).or_zero(1.0);
-        self.estimate = smoothed(from, keep.or_zero(self.gain), deviation).map(|e| stays * e);
+        self.estimate = smoothed(self.estimate, keep.or_zero(self.gain), deviation).map(|e| stays * e);
     }
 
-    /// Whether the fault has come to stand elsewhere than it is estimated. They are asked in slots that look at no
-    /// sensor: one asks whether the loop is moving (the fast
-    /// scale runs ahead of the middle one), another whether the middle scale is far from the estimate.
+    /// Asks one of two questions about the fault, in slots that look at no sensor: whether the loop is moving (the fast scale runs
+    /// ahead of the middle one), and whether the middle scale is far from the estimate.
+    ///
+    /// If it is, and an alarm `stands` by a fault that is not on its way out, the estimate begins again where the fault has come
+    /// to stand: not while the loop is moving, for then it is the memory of the fault by which its end is seen.
     #[inline(always)]
-    fn has_moved(&mut self, rules: &Rules, count: u32, images: &Images) -> Flag {
+    fn look_at_fault(&mut self, design: &Design, rules: &Rules, count: u32, stands: Flag, images: &Images) {
         let ([by_fast, ..], [per_fast, per_middle, _]) = (&self.metrics, self.known.per_limit);
         if count % ROUND != ROUND - 1 {
-            return Flag::new(false);
+            return;
         }
         if count & ROUND == 0 {
             let moving = differ(per_fast / MOVING_SHARE, images.fast, by_fast.times(self.middle));
             self.steady = (!moving).count(self.steady, rules.steady);
-            return Flag::new(false);
+            return;
         }
         let far = differ(per_middle, images.middle, images.estimate_by_middle);
         self.still = (!far).count(self.still, rules.named_after);
-        far & Flag::reached(self.steady, rules.steady)
+        let again = stands & far & Flag::reached(self.steady, rules.steady);
+        let [_, of_middle, _] = &design.scales;
+        self.gain = again.choose(of_middle.weight(), self.gain);
+        self.estimate = smoothed(self.estimate, again.or_zero(1.0), self.middle);
     }
 
     /// What is learned while judging: the tail of each distance, one a slot; mean and metrics; which channel the metrics do
