@@ -17,6 +17,7 @@
 mod fuzz {
     mod eigen;
     mod filter;
+    mod guard;
     mod log;
     mod moments;
     mod number;

@@ -215,17 +215,15 @@ impl Guard {
 
     /// The set point has moved: its model is recalled if it was learned, and else it will be, unless a fault is suspected.
     fn set_point_changed(&mut self, set_point: f32) {
-        let mut suspected = self.verdict.standing.alarm();
+        let suspected = self.verdict.standing.alarm();
         if let Stage::Judging(judge) = &self.stage {
-            // What was learned or proven since it was kept.
-            suspected |= self.verdict.recovering();
             self.senses = judge.senses;
         }
         let tolerance_holds = |at: f32| self.design.gate.holds(&self.design.gate.open_at(at), set_point);
         self.stage = if let Some(known) = self.bank.recall(set_point, tolerance_holds) {
             self.gate = self.design.gate.open_at(set_point);
             Stage::Judging(Judge::new(*known, Alarm::recovering(&self.rules), self.senses, &self.design))
-        } else if suspected || matches!(self.stage, Stage::Withheld) {
+        } else if suspected {
             Stage::Withheld
         } else {
             Stage::Settling(None)
@@ -354,9 +352,14 @@ impl Guard {
         &self.verdict
     }
 
-    /// Withdraws a latched alarm; if the fault still stands, it is raised again.
+    /// Withdraws an alarm that is latched, or that stood when an unknown set point was reached: then the motor is taken for
+    /// healthy and learned. If the fault still stands at a known one, it is raised again.
     pub fn acknowledge(&mut self) {
         self.verdict.standing = self.verdict.standing.without_alarm();
+        if let Stage::Withheld = self.stage {
+            self.stage = Stage::Settling(None);
+            self.verdict.phase = self.phase();
+        }
     }
 
     /// Estimate of the deviation from healthy, each channel in its unit; none while nothing is judged.

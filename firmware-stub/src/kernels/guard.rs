@@ -38,7 +38,8 @@ pub fn digest_of_verdict(verdict: &Verdict) -> u32 {
         verdict.gap(),
     ];
     let flags = flags.iter().fold(0, |word, flag| word << 1 | u32::from(*flag));
-    let losses = verdict.losses().fold(0, |word, (channel, loss)| word << 8 | (channel as u32) << 4 | (loss as u32 + 1));
+    let losses =
+        verdict.losses().fold(0, |word, (channel, loss)| word << 8 | (channel as u32) << 4 | (loss as u32 + 1));
     let severity = verdict.severity().unwrap_or([-1.0; 3]);
     let since = verdict.since().map_or(u32::MAX, |since| since as u32);
     digest([verdict.sample() as u32, verdict.phase() as u32, since, flags, losses, digest_of_numbers(severity)])

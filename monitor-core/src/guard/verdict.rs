@@ -195,3 +195,23 @@ impl Verdict {
         })
     }
 }
+
+#[cfg(feature = "defmt")]
+impl defmt::Format for Verdict {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        defmt::write!(
+            f,
+            "sample {=u64}: {}, severity {}, deviates since {}, recovering {=bool}, absent {}, gap {=bool}, lost",
+            self.sample(),
+            self.phase(),
+            self.severity(),
+            self.since(),
+            self.recovering(),
+            self.absent(),
+            self.gap()
+        );
+        for (channel, loss) in self.losses() {
+            defmt::write!(f, " {} {}", channel, loss);
+        }
+    }
+}
