@@ -19,9 +19,12 @@ use crate::verdict::Absence;
 mod alarm;
 mod design;
 mod direction;
+mod flag;
 mod judge;
+mod known;
 mod level;
 mod model;
+mod pair;
 mod sensor;
 mod verdict;
 mod window;
@@ -31,9 +34,11 @@ pub use design::{Config, ConfigError, Design};
 pub use direction::{
     Cause, Direction, DirectionError, Directions, Explanation, Finding, MotorConstants, Noise, TOLERANCE_OF_CONSTANTS,
 };
-use judge::{Judge, Known};
+use flag::Flag;
+use judge::Judge;
+use known::Known;
 pub use model::{Model, Quality};
-use sensor::{Activity, Senses};
+use sensor::{Activity, ROUND, Senses};
 pub use verdict::{Loss, Phase, Verdict};
 pub use window::Window;
 
@@ -78,6 +83,8 @@ pub struct Guard {
     rules: Rules,
     senses: Senses,
     stage: Stage,
+    /// Samples taken: they say whose turn it is, and nothing else writes them.
+    count: u32,
     /// Slots in a row that had no sample.
     gap: u32,
     bank: Bank,
@@ -93,9 +100,9 @@ struct Bank {
 }
 
 impl Bank {
-    fn recall(&self, set_point: f32, holds: impl Fn(f32) -> bool) -> Option<Known> {
+    fn recall(&self, set_point: f32, holds: impl Fn(f32) -> bool) -> Option<&Known> {
         let near = self.entries.iter().flatten().filter(|(at, _)| holds(*at));
-        near.min_by(|(a, _), (b, _)| (a - set_point).abs().total_cmp(&(b - set_point).abs())).map(|(_, known)| *known)
+        near.min_by(|(a, _), (b, _)| (a - set_point).abs().total_cmp(&(b - set_point).abs())).map(|(_, known)| known)
     }
 
     /// Keeps a model; of another set point when there is no room, the one that was first kept goes.
@@ -126,6 +133,7 @@ impl Guard {
             design,
             senses: Senses::default(),
             stage: Stage::Settling(None),
+            count: 0,
             gap: 0,
             bank: Bank::default(),
             quality: Quality::default(),
@@ -151,17 +159,17 @@ impl Guard {
 
     #[inline(never)]
     fn slot(&mut self, set_point: f32, a: f32, b: f32, c: f32) -> &Verdict {
-        let x = [a, b, c];
         self.gap = 0;
         self.verdict.sample = self.verdict.sample.wrapping_add(1);
-        self.verdict.readings = x;
+        self.verdict.readings = [a, b, c];
         if let Stage::Judging(judge) = &mut self.stage
             && self.design.gate.holds(&self.gate, set_point)
         {
-            judge.step(&self.design, &self.rules, x, &mut self.verdict);
+            judge.step(&self.design, &self.rules, self.count, &mut self.verdict);
         } else {
-            self.before_judging(set_point, x);
+            self.before_judging(set_point);
         }
+        self.count = self.count.wrapping_add(1);
         &self.verdict
     }
 
@@ -184,19 +192,22 @@ impl Guard {
     /// A sample that no model judges.
     #[cold]
     #[inline(never)]
-    fn before_judging(&mut self, set_point: f32, x: [f32; 3]) {
-        let fit = x.map(measurable);
-        let held = !fit.iter().fold(true, |all, fit| all & fit);
+    fn before_judging(&mut self, set_point: f32) {
+        let x = self.verdict.readings;
+        let held = x.iter().fold(Flag::new(false), |held, x| held | Flag::unfit(*x));
         if !set_point.is_finite() {
             self.verdict.standing = self.verdict.standing.without_set_point();
             return;
         }
-        self.senses.step(fit, x);
-        self.verdict.standing = self.verdict.standing.unjudged(held);
+        let turn = (self.count % ROUND) as usize;
+        if let Some(x) = x.get(turn) {
+            self.senses.step(turn, *x);
+        }
+        self.verdict.standing = self.verdict.standing.unjudged(held.is_set());
         match self.design.gate.step(&mut self.gate, set_point) {
             Gate::Changed => self.set_point_changed(set_point),
             Gate::Settling => {}
-            Gate::Open => self.open(held, x),
+            Gate::Open => self.open(held.is_set(), x),
         }
         self.gather(held, x);
         self.verdict.phase = self.phase();
@@ -211,7 +222,7 @@ impl Guard {
         let tolerance_holds = |at: f32| self.design.gate.holds(&self.design.gate.open_at(at), set_point);
         self.stage = if let Some(known) = self.bank.recall(set_point, tolerance_holds) {
             self.gate = self.design.gate.open_at(set_point);
-            Stage::Judging(Judge::new(known, Alarm::recovering(&self.rules), self.senses, &self.design))
+            Stage::Judging(Judge::new(*known, Alarm::recovering(&self.rules), self.senses, &self.design))
         } else if suspected {
             Stage::Withheld
         } else {
@@ -229,17 +240,17 @@ impl Guard {
     }
 
     /// Lets a phase before judging take its sample, and go over into the next.
-    fn gather(&mut self, held: bool, x: [f32; 3]) {
+    fn gather(&mut self, held: Flag, x: [f32; 3]) {
         let design = &self.design;
         match &mut self.stage {
-            Stage::Settling(mean) if !held => {
+            Stage::Settling(mean) if !held.is_set() => {
                 let before = mean.unwrap_or(x);
                 let [d0, d1, d2] = difference(x, before).map(|d| d * 0.0625); // over the last sixteen or so
                 let [m0, m1, m2] = before;
                 *mean = Some([m0 + d0, m1 + d1, m2 + d2]);
             }
             Stage::Seeding(moments, clip) => {
-                moments.push_unless(held, clip.map_or(x, |clip| clip.apply(x).0));
+                moments.push_unless(held.is_set(), clip.map_or(x, |clip| clip.apply(x).0));
                 if moments.slots() >= design.seed_slots {
                     self.stage = seeded(moments, clip.is_some(), design).unwrap_or_else(|error| {
                         self.refused = Some(error);
@@ -249,7 +260,7 @@ impl Guard {
             }
             Stage::Learning(learned) => {
                 learned.window.push(design, held, x);
-                learned.activity.push(&self.senses);
+                learned.activity.push(&self.senses, self.count);
                 if learned.window.slots >= design.learn_slots {
                     self.stage = Stage::ModelDue(*learned);
                 }
@@ -417,10 +428,10 @@ fn at_least(x: f32, bound: f32) -> f32 {
     select_unpredictable(x > bound, x, bound)
 }
 
-/// Whether a reading is a number.
+/// An exponential smoother's next value.
 #[inline(always)]
-const fn measurable(x: f32) -> bool {
-    x.abs() <= f32::MAX
+fn smoothed([a, b, c]: [f32; 3], weight: f32, [x, y, z]: [f32; 3]) -> [f32; 3] {
+    [a + weight * (x - a), b + weight * (y - b), c + weight * (z - c)]
 }
 
 #[cfg(test)]

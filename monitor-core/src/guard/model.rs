@@ -2,9 +2,10 @@
 
 use super::design::Design;
 use super::direction::Covariance;
+use super::flag::{greater, lesser, positive_part};
 use super::level::Level;
 use super::window::{MIDDLE, Window};
-use super::{SCALES, at_least, at_most, difference};
+use super::{SCALES, difference};
 use crate::ewma::Ewma;
 use crate::moments::{LearnError, Statistics};
 use crate::pca::{ExplainedShare, Pca};
@@ -50,7 +51,7 @@ impl Scale {
         for (back, (now, learned)) in back.iter_mut().zip(self.metric.diagonal().into_iter().zip(self.learned)) {
             // Rows may point either way.
             let share = now / learned;
-            *back = at_most(at_least(share, 1.0 / WIDER_TO), 1.0 / NARROWER_TO) / share;
+            *back = lesser(greater(positive_part(share), 1.0 / WIDER_TO), 1.0 / NARROWER_TO) / share;
         }
         self.metric.scale_rows(back);
     }

@@ -1,6 +1,7 @@
 //! What a monitor in `guard` mode says of one sample.
 
 use super::SCALES;
+use super::flag::Flag;
 use crate::sample::Channel;
 use crate::verdict::Absence;
 
@@ -52,12 +53,11 @@ const GAP: u32 = 1 << 13;
 
 impl Standing {
     #[inline(always)]
-    pub(super) fn new(alarm: bool, recovering: bool, named: bool, held: bool, stuck: u32, silent: u32) -> Self {
-        let flags = u32::from(alarm) | u32::from(recovering) << 1 | u32::from(named) << 2 | u32::from(held) << 3;
+    pub(super) const fn new([alarm, recovering, named, held]: [Flag; 4], stuck: u32, silent: u32) -> Self {
+        let flags = alarm.bit() | recovering.bit() << 1 | named.bit() << 2 | held.bit() << 3;
         Standing(flags | stuck << STUCK_SHIFT | silent << SILENT_SHIFT)
     }
 
-    #[inline(always)]
     pub(super) const fn alarm(self) -> bool {
         self.0 & ALARM != 0
     }
