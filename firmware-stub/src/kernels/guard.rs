@@ -12,7 +12,7 @@ pub fn config() -> Config {
         settle_s: 0.008,
         seed_s: 0.032,
         learn_s: 0.4,
-        time_constants_s: [0.002, 0.008, 0.032],
+        time_constants_s: [0.002, 0.008, 0.032, 0.128],
         memory_s: 10.0,
         clear_hold_s: 0.004,
         ..Config::at_rate(1000.0)
@@ -40,7 +40,7 @@ pub fn digest_of_verdict(verdict: &Verdict) -> u32 {
     let flags = flags.iter().fold(0, |word, flag| word << 1 | u32::from(*flag));
     let losses =
         verdict.losses().fold(0, |word, (channel, loss)| word << 8 | (channel as u32) << 4 | (loss as u32 + 1));
-    let severity = verdict.severity().unwrap_or([-1.0; 3]);
+    let severity = verdict.severity().unwrap_or([-1.0; 4]);
     let since = verdict.since().map_or(u32::MAX, |since| since as u32);
     digest([verdict.sample() as u32, verdict.phase() as u32, since, flags, losses, digest_of_numbers(severity)])
 }

@@ -1,6 +1,7 @@
 //! When an alarm is raised, when it is withdrawn, and what may vote in between.
 
-use super::flag::{Flag, lesser, positive_part};
+use super::SCALES;
+use super::flag::{Flag, greater, lesser, positive_part};
 use super::sensor::ROUND;
 use crate::ewma::Ewma;
 
@@ -15,9 +16,10 @@ const QUIET: f32 = 0.5;
 const RECOVERY: f32 = 32.0;
 const RECOVERY_CHECK: f32 = 2.0;
 
-/// Limit of the fast scale while slower ones have no vote, in limits: the loop still comes to rest, and noise on top of that
-/// must not raise again what has just been withdrawn.
-const RECOVERING_LIMIT: f32 = 2.0;
+/// What the fast scale must have come below for an alarm to be withdrawn, in limits, and its limit while slower scales have no
+/// vote: the loop still comes to rest, and noise on top of that must not raise again what has just been withdrawn.
+const CALM: f32 = 1.4;
+const RECOVERING_LIMIT: f32 = 2.5;
 
 /// A recovery goes on while the distance falls below this share of what it was at the check before: a loop that settles with
 /// a time constant of 8 checks or quicker.
@@ -35,6 +37,8 @@ const LOOK: u32 = 2 * ROUND;
 pub(super) struct Rules {
     clear_hold: u32,
     recovery: u32,
+    /// Longest that a loop is given to settle at a known set point.
+    settling: u32,
     check: u32,
     /// Slots until the first check, so that the last falls on the end.
     first_check: u32,
@@ -51,7 +55,7 @@ pub(super) struct Rules {
 pub(super) struct Alarm {
     /// ln of the likelihood of "the fault is gone" over "it stands", since it last could not be told.
     gone: f32,
-    /// Slots since the fast scale was last beyond its limit, and since any scale was last not quiet; up to the hold.
+    /// Slots since the fast scale was last not calm, and since any scale was last not quiet; up to the hold.
     calm: u32,
     quiet: u32,
     /// Slots for which the slower scales are still without a vote; zero if they have one.
@@ -62,14 +66,18 @@ pub(super) struct Alarm {
     recovered: u32,
     /// The middle scale's distance at the last check.
     falling_from: f32,
+    /// Whether it is the set point that has changed: then no scale has a vote, and none says that a fault is gone.
+    settling: Flag,
 }
 
 /// What a sample says, each distance in units of its limit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Evidence {
-    pub(super) severity: [f32; 3],
+    pub(super) severity: [f32; SCALES],
     /// ln of the likelihood of the sample where the fault is gone over that where it stands.
     pub(super) gone: f32,
+    /// Whether the loop has stood for a while, wherever.
+    pub(super) steady: Flag,
 }
 
 /// What the alarm does.
@@ -80,15 +88,18 @@ pub(super) struct Outcome {
     pub(super) new: Flag,
     /// The loop recovers from a fault, or from a change of the set point: slower scales have no vote.
     pub(super) recovering: Flag,
+    /// It is from a change of the set point.
+    pub(super) settling: Flag,
 }
 
 impl Rules {
-    pub(super) fn new(clear_hold: u32, middle: &Ewma) -> Self {
+    pub(super) fn new(clear_hold: u32, settling: u32, middle: &Ewma) -> Self {
         let samples = 1.0 / middle.weight();
         let (recovery, check) = ((RECOVERY * samples) as u32 + 1, (RECOVERY_CHECK * samples) as u32 + 1);
         Rules {
             clear_hold: clear_hold.max(1),
             recovery,
+            settling: settling.max(recovery),
             check,
             first_check: recovery % check.max(1),
             named_after: ((NAMED_AFTER * samples) as u32).div_ceil(LOOK),
@@ -99,44 +110,49 @@ impl Rules {
 }
 
 impl Alarm {
-    /// As after a change of the set point: slower scales have no vote until the loop has settled.
-    pub(super) fn recovering(rules: &Rules) -> Self {
-        Alarm { recovery: rules.recovery, until_check: rules.first_check, falling_from: f32::MAX, ..Alarm::default() }
+    /// As after a change to a known set point: nothing has a vote until the loop has settled.
+    pub(super) fn settling(rules: &Rules) -> Self {
+        let (recovery, until_check) = (rules.settling, rules.check);
+        Alarm { recovery, until_check, falling_from: f32::MAX, settling: Flag::new(true), ..Alarm::default() }
     }
 
     /// Takes one sample's evidence. `up` is whether the alarm was up before it.
     #[inline(always)]
     pub(super) fn step(&mut self, rules: &Rules, up: Flag, evidence: &Evidence) -> Outcome {
-        let [fast, middle, slow] = evidence.severity;
+        let [fast, middle, slow, trend] = evidence.severity;
         let fast_beyond = Flag::above(fast, 1.0);
-        let any_beyond = fast_beyond | Flag::above(middle, 1.0) | Flag::above(slow, 1.0);
-        let all_quiet = !fast_beyond & Flag::below(middle, QUIET) & Flag::below(slow, QUIET);
-        self.calm = (!fast_beyond).count(self.calm, rules.clear_hold);
+        let any_beyond = fast_beyond | Flag::above(greater(greater(middle, slow), trend), 1.0);
+        let all_quiet = !fast_beyond & Flag::below(greater(greater(middle, slow), trend), QUIET);
+        self.calm = (!Flag::above(fast, CALM)).count(self.calm, rules.clear_hold);
         self.quiet = all_quiet.count(self.quiet, rules.clear_hold);
         // Page's test (1954) of the fault that stands against none; its sum is bounded, so that it can turn at once.
-        self.gone = up.or_zero(lesser(positive_part(self.gone + evidence.gone), 2.0 * GONE));
+        self.gone = (up & !self.settling).or_zero(lesser(positive_part(self.gone + evidence.gone), 2.0 * GONE));
 
         let is_gone = !Flag::below(self.gone, GONE);
         let is_quiet = Flag::reached(self.quiet, rules.clear_hold);
         let withdrawn = up & Flag::reached(self.calm, rules.clear_hold) & (is_gone | is_quiet);
-        let was_recovering = Flag::any(self.recovery);
-        self.recover(rules, middle, withdrawn, is_gone);
+        let was_recovering = Flag::any(self.recovery) & !self.settling;
+        self.recover(rules, middle, evidence.steady, withdrawn, is_gone);
         let recovering = Flag::any(self.recovery);
-        let beyond = (recovering & Flag::above(fast, RECOVERING_LIMIT)) | (!recovering & any_beyond);
+        self.settling = self.settling & recovering;
+        let beyond = (recovering & !self.settling & Flag::above(fast, RECOVERING_LIMIT)) | (!recovering & any_beyond);
         let raised = !up & beyond;
-        Outcome { up: (up & !withdrawn) | raised, new: raised & !was_recovering, recovering }
+        let up = (up & (self.settling | !withdrawn)) | raised;
+        Outcome { up, new: raised & !was_recovering, recovering, settling: self.settling }
     }
 
     /// Lets one slot of a recovery go by, or begins one. It ends when the middle scale has been quiet for long enough, when it
-    /// no longer comes down, or when its time is over.
+    /// no longer comes down, or when its time is over. What a new set point moves may rise before it falls: there the loop
+    /// must have come to stand as well.
     #[inline(always)]
-    fn recover(&mut self, rules: &Rules, middle: f32, withdrawn: Flag, is_gone: Flag) {
+    fn recover(&mut self, rules: &Rules, middle: f32, steady: Flag, withdrawn: Flag, is_gone: Flag) {
         let (quiet, check) = (Flag::below(middle, QUIET), !Flag::any(self.until_check));
         self.recovered = quiet.count(self.recovered, rules.check);
-        let stands = check & !quiet & Flag::above(middle, STILL_FALLING * self.falling_from);
+        let falls = !Flag::above(middle, STILL_FALLING * self.falling_from);
+        let stands = check & !quiet & !falls & (steady | !self.settling);
         let over = stands | Flag::reached(self.recovered, rules.check);
         let left = (!over).choose_word(self.recovery - Flag::any(self.recovery).bit(), 0);
-        let begins = withdrawn & is_gone;
+        let begins = withdrawn & is_gone & !self.settling;
         self.recovery = begins.choose_word(rules.recovery, left);
         self.until_check = begins.choose_word(rules.first_check, check.choose_word(rules.check, self.until_check) - 1);
         self.falling_from = withdrawn.choose(f32::MAX, check.choose(middle, self.falling_from));

@@ -6,7 +6,7 @@
 use core::ops::{BitAnd, BitOr, Not};
 
 /// Yes or no.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Flag(u32);
 
 impl Flag {

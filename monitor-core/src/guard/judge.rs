@@ -11,8 +11,8 @@ use super::known::Known;
 use super::level::PERIOD;
 use super::sensor::{Losses, ROUND, Senses};
 use super::verdict::{Standing, Verdict};
-use super::{SCALES, at_most, difference, smoothed};
-use crate::triangle::{Triangle, inner, square};
+use super::{SCALES, TREND, at_most, difference, smoothed};
+use crate::triangle::{Packed, inner, square};
 
 /// Deviations count up to 2^20 sigmas, far beyond any fault, so that no number leaves the range of `f32`.
 const REACH_OCTAVES: u32 = 20;
@@ -32,8 +32,8 @@ const MOVING_SHARE: f32 = 0.25;
 const SETTLED_TO_AT_FIRST: f32 = 0.05;
 const SETTLED_TO: f32 = 0.01;
 
-/// Slots of a period that have a turn: for each scale two, and the mean.
-const TURNS: u32 = 2 * SCALES as u32 + 1;
+/// Slots of a period that have a turn: for each scale two, the mean, and the trend.
+const TURNS: u32 = 2 * SCALES as u32 + 2;
 
 /// The moving part.
 #[derive(Clone, Copy, Debug)]
@@ -45,7 +45,7 @@ pub(super) struct Judge {
     /// Where deviations are taken from, by what is known.
     centre: [f32; 3],
     /// The metrics as they judge: as known, but for the channel that they do without.
-    metrics: [Triangle<3>; SCALES],
+    metrics: [Packed; SCALES],
     blind: u32,
     /// The channel that they are being made to do without.
     blind_next: u32,
@@ -53,6 +53,11 @@ pub(super) struct Judge {
     per_limit: [f32; SCALES],
     fast: [f32; 3],
     middle: [f32; 3],
+    /// Of the middle scale, once in a period, and the severity found then.
+    trend: [f32; 3],
+    trending: f32,
+    /// Whether the loop has recovered since the trend was last asked: it begins again.
+    disturbed: Flag,
     /// The slow scale. While an alarm stands it is the estimate of the fault: it begins again at the middle scale's value
     /// when the fault has moved, and averages all samples since.
     pub(super) estimate: [f32; 3],
@@ -75,7 +80,7 @@ struct Images {
 
 impl Judge {
     pub(super) fn new(known: Known, alarm: Alarm, senses: Senses, design: &Design) -> Self {
-        let [_, _, slow] = design.scales;
+        let [_, _, slow, _] = design.scales;
         Judge {
             alarm,
             senses,
@@ -87,6 +92,9 @@ impl Judge {
             per_limit: known.per_limit.map(|per_limit| known.judged_by(per_limit)),
             fast: [0.0; 3],
             middle: [0.0; 3],
+            trend: [0.0; 3],
+            trending: 0.0,
+            disturbed: Flag::default(),
             estimate: [0.0; 3],
             gain: slow.weight(),
             still: 0,
@@ -99,7 +107,7 @@ impl Judge {
     /// The count of slots says whose turn it is.
     #[inline(always)]
     pub(super) fn step(&mut self, design: &Design, rules: &Rules, count: u32, verdict: &mut Verdict) {
-        let [of_fast, of_middle, _] = &design.scales;
+        let [of_fast, of_middle, ..] = &design.scales;
         let up = Flag::new(verdict.standing.alarm());
         self.sense(count, &verdict.readings); //                                                 is it a sensor still?
         let (deviation, held) = self.deviation(verdict.readings); //                             from the mean (1.7)
@@ -109,16 +117,21 @@ impl Judge {
         let images = self.images();
         let severity = self.severity(&images); //                                               (1.6), over the limits
         let over = over(&images); //                                                            is the fault still there?
-        let evidence = Evidence { severity, gone: keep.or_zero(over * rules.per_sample) };
-        let Outcome { up: now, new, recovering } = self.alarm.step(rules, up, &evidence);
+        let steady = Flag::reached(self.steady, rules.steady);
+        let evidence = Evidence { severity, gone: keep.or_zero(over * rules.per_sample), steady };
+        let Outcome { up: now, new, recovering, settling } = self.alarm.step(rules, up, &evidence);
         let now = now | (Flag::new(design.latch) & up);
         self.follow(design, keep, recovering, deviation);
         self.look_at_fault(design, rules, count, now & !recovering & Flag::negative(over), &images);
         verdict.severity = severity;
-        self.learn(design, count, now | recovering | held, &verdict.severity);
+        self.learn(design, count, now | recovering, held, &verdict.severity);
         verdict.alarm_since = new.choose_long(verdict.sample, verdict.alarm_since);
         let named = Flag::reached(self.still, rules.named_after);
-        verdict.standing = Standing::new([now, recovering, named, held], self.losses.stuck(), self.losses.silent());
+        verdict.standing = Standing::new(
+            [now, recovering & !settling, named, held, settling],
+            self.losses.stuck(),
+            self.losses.silent(),
+        );
     }
 
     /// Looks at the sensor whose turn it is.
@@ -152,7 +165,7 @@ impl Judge {
 
     #[inline(always)]
     fn images(&self) -> Images {
-        let [by_fast, by_middle, by_slow] = &self.metrics;
+        let [by_fast, by_middle, by_slow, _] = self.metrics.map(|metric| metric.unpacked());
         Images {
             fast: by_fast.times(self.fast),
             middle: by_middle.times(self.middle),
@@ -161,21 +174,23 @@ impl Judge {
         }
     }
 
-    /// The distance (1.6) of each time scale, all components retained, in units of its limit.
+    /// The distance (1.6) of each time scale, all components retained, in units of its limit; of the trend as last found.
     #[inline(always)]
     fn severity(&self, images: &Images) -> [f32; SCALES] {
         let [fast, middle, slow] = [images.fast, images.middle, images.estimate].map(square);
-        let [per_fast, per_middle, per_slow] = self.per_limit;
-        [fast * per_fast, middle * per_middle, slow * per_slow]
+        let [per_fast, per_middle, per_slow, _] = self.per_limit;
+        [fast * per_fast, middle * per_middle, slow * per_slow, self.trending]
     }
 
-    /// Moves the slow scale. While the loop recovers it waits at health.
+    /// Moves the slow scale. While the loop recovers it waits at health, and so does the trend.
     #[inline(always)]
     fn follow(&mut self, design: &Design, keep: Flag, recovering: Flag, deviation: [f32; 3]) {
-        let [_, _, of_slow] = &design.scales;
+        let [_, _, of_slow, _] = &design.scales;
         self.gain = greater(self.gain / (1.0 + self.gain), of_slow.weight());
         let stays = (!recovering).or_zero(1.0);
         self.estimate = smoothed(self.estimate, keep.or_zero(self.gain), deviation).map(|e| stays * e);
+        self.trending *= stays;
+        self.disturbed = self.disturbed | recovering;
     }
 
     /// Asks one of two questions about the fault, in slots that look at no sensor: whether the loop is moving (the fast scale runs
@@ -185,7 +200,8 @@ impl Judge {
     /// to stand: not while the loop is moving, for then it is the memory of the fault by which its end is seen.
     #[inline(always)]
     fn look_at_fault(&mut self, design: &Design, rules: &Rules, count: u32, stands: Flag, images: &Images) {
-        let ([by_fast, ..], [per_fast, per_middle, _]) = (&self.metrics, self.known.per_limit);
+        let ([by_fast, ..], [per_fast, per_middle, ..]) = (&self.metrics, self.known.per_limit);
+        let by_fast = by_fast.unpacked();
         if count % ROUND != ROUND - 1 {
             return;
         }
@@ -197,7 +213,7 @@ impl Judge {
         let far = differ(per_middle, images.middle, images.estimate_by_middle);
         self.still = (!far).count(self.still, rules.named_after);
         let again = stands & far & Flag::reached(self.steady, rules.steady);
-        let [_, of_middle, _] = &design.scales;
+        let [_, of_middle, ..] = &design.scales;
         self.gain = again.choose(of_middle.weight(), self.gain);
         self.estimate = smoothed(self.estimate, again.or_zero(1.0), self.middle);
     }
@@ -205,16 +221,17 @@ impl Judge {
     /// What is learned while judging: the tail of each distance, one a slot; mean and metrics; which channel the metrics do
     /// without.
     #[inline(always)]
-    fn learn(&mut self, design: &Design, count: u32, suspected: Flag, severity: &[f32; SCALES]) {
+    fn learn(&mut self, design: &Design, count: u32, suspected: Flag, held: Flag, severity: &[f32; SCALES]) {
         let scale = (count % ROUND) as usize;
         if let Some((peak, severity)) = self.known.peak.get_mut(scale).zip(severity.get(scale)) {
-            // What raises an alarm is no tail.
-            *peak = greater(*peak, (!suspected).or_zero(*severity));
+            // What raises an alarm is no tail, nor is what came before it.
+            *peak = (!suspected).or_zero(greater(*peak, *severity));
         }
         let turn = count % PERIOD;
         if turn < TURNS {
-            let [fast, middle, slow] = severity.map(|severity| Flag::below(severity, SUSPECTED_FROM));
-            self.take_turn(design, suspected | Flag::any(self.losses.lost()) | !(fast & middle & slow), turn as usize);
+            let [fast, middle, slow, trend] = severity.map(|severity| Flag::below(severity, SUSPECTED_FROM));
+            let suspected = suspected | held | Flag::any(self.losses.lost()) | !(fast & middle & slow & trend);
+            self.take_turn(design, suspected, turn as usize);
         }
     }
 
@@ -224,7 +241,7 @@ impl Judge {
     #[inline(never)]
     fn take_turn(&mut self, design: &Design, suspected: Flag, turn: usize) {
         if let Some((y, per_limit)) =
-            [self.fast, self.middle, self.estimate].get(turn).zip(self.per_limit.get_mut(turn))
+            [self.fast, self.middle, self.estimate, self.trend].get(turn).zip(self.per_limit.get_mut(turn))
         {
             *per_limit = self.known.sharpen(design, suspected, turn, *y).unwrap_or(*per_limit);
             return;
@@ -237,11 +254,24 @@ impl Judge {
             return;
         };
         if let Some((metric, scale)) = self.metrics.get_mut(place).zip(self.known.model.scales.get(place)) {
-            *metric = scale.metric.without(self.blind_next);
+            *metric = Packed::of(&scale.metric.unpacked().without(self.blind_next));
         }
-        if place == SCALES - 1 {
+        if place == TREND {
             self.blind = self.blind_next;
         }
+        if place == SCALES {
+            self.move_trend(design);
+        }
+    }
+
+    /// Moves the trend by what the middle scale is now.
+    #[inline(always)]
+    fn move_trend(&mut self, design: &Design) {
+        let ([.., of_trend], [.., by_trend], [.., per_trend]) = (&design.scales, &self.metrics, &self.per_limit);
+        let from = self.trend.map(|trend| (!self.disturbed).or_zero(trend));
+        self.trend = smoothed(from, of_trend.weight(), self.middle);
+        self.trending = by_trend.unpacked().square_of(self.trend) * per_trend;
+        self.disturbed = Flag::default();
     }
 }
 
@@ -270,16 +300,30 @@ impl Judge {
 
     /// Whether the estimate has not yet averaged for as long as the slow scale does.
     pub(super) fn is_young(&self, design: &Design) -> bool {
-        let [_, _, of_slow] = &design.scales;
+        let [_, _, of_slow, _] = &design.scales;
         self.gain > of_slow.weight()
     }
 
-    /// The noise in the estimate: that of the slow scale, by how much more or less the estimate averages than the slow scale
-    /// does.
-    pub(super) fn noise(&self, design: &Design) -> Noise {
-        let ([_, _, slow], [_, _, of_slow]) = (&self.known.model.scales, &design.scales);
+    /// What is known of the fault: where the readings have moved to, and the noise in that. It is the estimate, or the trend where
+    /// only that is beyond its limit.
+    pub(super) fn located(&self, design: &Design, severity: &[f32; SCALES]) -> ([f32; 3], Noise) {
+        let [.., slow, trend] = severity;
+        let [.., of_slow, _] = &design.scales;
+        let [.., metric_of_slow, metric_of_trend] = &self.known.model.scales;
+        if *slow < 1.0 && slow < trend {
+            return (self.trend, self.noise(&metric_of_trend.metric, 1.0, SETTLED_TO));
+        }
+        // By how much more or less the estimate averages than the slow scale does.
         let more = self.gain / (2.0 - self.gain) / of_slow.variance_ratio();
-        let mut covariance = slow.metric.covariance().map(|column| column.map(|c| c * more));
+        let [_, of_middle, ..] = &design.scales;
+        let young = self.gain / of_middle.weight();
+        let settled_to = SETTLED_TO + (SETTLED_TO_AT_FIRST - SETTLED_TO) * at_most(young, 1.0);
+        (self.estimate, self.noise(&metric_of_slow.metric, more, settled_to))
+    }
+
+    /// So many times the variance that a metric is of.
+    fn noise(&self, metric: &Packed, times: f32, settled_to: f32) -> Noise {
+        let mut covariance = metric.unpacked().covariance().map(|column| column.map(|c| c * times));
         // Of a lost channel nothing is known.
         for (i, column) in covariance.iter_mut().enumerate() {
             for (j, (cell, sigma)) in column.iter_mut().zip(self.known.model.sigma).enumerate() {
@@ -289,9 +333,6 @@ impl Judge {
                 }
             }
         }
-        let [_, of_middle, _] = &design.scales;
-        let young = self.gain / of_middle.weight();
-        let settled_to = SETTLED_TO + (SETTLED_TO_AT_FIRST - SETTLED_TO) * at_most(young, 1.0);
         Noise { covariance, sigma: self.known.model.sigma, settled_to }
     }
 }

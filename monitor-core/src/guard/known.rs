@@ -1,10 +1,10 @@
 //! What is known of the healthy motor while it is judged, and how that sharpens.
 
-use super::SCALES;
 use super::design::Design;
 use super::flag::{Flag, greater, lesser, within};
 use super::level::PERIOD;
 use super::model::Model;
+use super::{SCALES, TREND};
 
 /// Limits while a model proves itself: what it rests on is not what it judges.
 const UNPROVEN: f32 = 1.5;
@@ -24,8 +24,9 @@ pub(super) struct Known {
     slots: f32,
     /// Slots until the limits are proven, in whole periods.
     unproven: u32,
-    /// Largest distance of each time scale while they were not, of the slots that looked at it, in units of the limit that was judged by.
-    pub(super) peak: [f32; SCALES],
+    /// Largest distance of each quicker time scale while they were not and no alarm stood, of the slots that looked at it, in
+    /// units of the limit that was judged by.
+    pub(super) peak: [f32; TREND],
     /// Slow movement of the mean that is taken to be benign.
     drift: [f32; 3],
 }
@@ -34,7 +35,7 @@ impl Known {
     pub(super) fn new(model: Model, stuck_below: [f32; 3], learned_slots: u32) -> Self {
         let slots = learned_slots as f32;
         let per_limit = model.scales.map(|scale| 1.0 / scale.level.limit(slots));
-        Known { model, stuck_below, per_limit, slots, unproven: learned_slots, peak: [0.0; SCALES], drift: [0.0; 3] }
+        Known { model, stuck_below, per_limit, slots, unproven: learned_slots, peak: [0.0; TREND], drift: [0.0; 3] }
     }
 
     /// Where deviations are taken from: the mean, with what it has drifted.
@@ -58,8 +59,12 @@ impl Known {
         let gain = healthy.or_zero(PERIOD as f32) / self.slots;
         // In the last period of the proof the limit is widened by the tail that was seen, once.
         let due = Flag::any(self.unproven) & !Flag::reached(self.unproven, PERIOD + 1);
-        let (peak, expected) = (*self.peak.get(place)?, *design.expected_peaks.get(place)?);
-        let tail = lesser(greater(UNPROVEN * peak / expected, 1.0), RAISED_TO);
+        let tail = self
+            .peak
+            .get(place)
+            .zip(design.expected_peaks.get(place))
+            .map_or(1.0, |(peak, expected)| UNPROVEN * peak / expected);
+        let tail = lesser(greater(tail, 1.0), RAISED_TO);
         let scale = self.model.scales.get_mut(place)?;
         scale.sharpen(y.map(|y| healthy.or_zero(y)), gain);
         scale.level.widen(due.choose(tail, 1.0));

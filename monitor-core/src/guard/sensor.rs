@@ -25,23 +25,34 @@ const AGAIN: f32 = 4.0;
 /// back: 16 slots.
 const RUN: u32 = 4;
 
-/// Rounds until the mean square has forgotten where it started.
-const WARM_UP: u32 = 64;
+/// Rounds until the mean square has forgotten where it started: four of its time constants.
+const WARM_UP: u32 = 32;
 
 /// One channel: the reading before, and the mean square of the changes.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Sense {
+    /// No number before the first.
     previous: f32,
     activity: f32,
 }
 
 /// What moves.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Senses {
     channels: [Sense; 3],
 }
 
 impl Senses {
+    /// Of sensors that have said nothing yet.
+    pub(super) const NONE: Self = Senses { channels: [Sense { previous: f32::NAN, activity: 0.0 }; 3] };
+
+    /// Lets a first reading be no change.
+    pub(super) fn begin(&mut self, turn: usize, x: f32) {
+        if let Some(sense) = self.channels.get_mut(turn).filter(|sense| sense.previous.is_nan() && x.is_finite()) {
+            sense.previous = x;
+        }
+    }
+
     /// Takes the reading of the channel whose turn it is, if it is fit. Returns the channel's activity.
     #[inline(always)]
     pub(super) fn step(&mut self, turn: usize, x: f32) -> f32 {
@@ -80,8 +91,11 @@ impl Activity {
         }
     }
 
-    /// Below these a channel is stuck.
+    /// Below these a channel is stuck. After a window so short that nothing was seen, none ever is.
     pub(super) fn stuck_below(&self) -> [f32; 3] {
+        if !(self.slots > 0.0) {
+            return [0.0; 3];
+        }
         let mut below = self.least;
         for (below, mean) in below.iter_mut().zip(self.mean) {
             let share = *below / mean.max(f32::MIN_POSITIVE);

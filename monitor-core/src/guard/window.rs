@@ -50,7 +50,7 @@ impl Window {
         let deviation = super::difference(x, self.centre);
         // No loop: its condition would be asked once, by a branch, and not masked in each round.
         let weight = |scale: &Ewma| (!held).or_zero(scale.weight());
-        let ([of_fast, of_middle, of_slow], [fast, middle, slow]) = (&design.scales, self.smoothed);
+        let ([of_fast, of_middle, of_slow, _], [fast, middle, slow]) = (&design.scales, self.smoothed);
         let fast = smoothed(fast, weight(of_fast), deviation);
         let middle = smoothed(middle, weight(of_middle), deviation);
         let slow = smoothed(slow, weight(of_slow), deviation);

@@ -6,7 +6,7 @@ mod report;
 use std::ops::Range;
 use std::path::PathBuf;
 
-use monitor_core::guard::{Config, Guard, MotorConstants};
+use monitor_core::guard::{Config, Guard, MotorConstants, SCALES};
 use monitor_core::moments::{LearnError, Moments};
 
 use super::{Reading, Refusal, ReplayError, Source, TICK_ROWS, next_reading, notes};
@@ -266,7 +266,7 @@ impl Pass<'_> {
                     .to_owned(),
             );
         }
-        let limits = self.guardian.guard().limits().unwrap_or([f32::NAN; 3]);
+        let limits = self.guardian.guard().limits().unwrap_or([f32::NAN; SCALES]);
         let report = GuardReplayReport {
             mode: "guard",
             log: source.path.clone(),
