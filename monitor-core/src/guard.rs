@@ -9,7 +9,7 @@
 //! ```
 #![doc = include_str!("../GUARD.md")]
 
-use crate::moments::{Clip, LearnError, Moments};
+use crate::moments::{Clip, LearnError, Moments, Statistics};
 use crate::sample::{Channel, Sample};
 use crate::set_point::{Gate, GateState};
 use crate::units::RadPerSec;
@@ -242,9 +242,7 @@ impl Guard {
             Stage::Seeding(moments, clip) => {
                 moments.push_unless(held.is_set(), clip.map_or(x, |clip| clip.apply(x).0));
                 if moments.slots() >= design.seed_slots {
-                    let next = seeded(moments, clip.is_some(), design);
-                    let around = moments.shift();
-                    self.seeded(next, around);
+                    self.seeded();
                 }
             }
             Stage::Learning(learned) => {
@@ -258,29 +256,33 @@ impl Guard {
         }
     }
 
-    /// Goes over into what follows a seeding window. If its mean is one that the set point's neighbours do not make expect, that is
-    /// an alarm, and nothing is learned.
+    /// Goes over into what follows a seeding window: the second one, clipped by the first, or the learning window. Begins again if
+    /// the loop has not settled. If the mean is one that the set point's neighbours do not make expect, that is an alarm, and
+    /// nothing is learned.
     #[inline(never)]
-    fn seeded(&mut self, next: Result<Stage, LearnError>, around: [f32; 3]) {
-        let next = next.and_then(|next| match &next {
-            Stage::Learning(learned) if !self.trusted => {
-                self.bank.expects(self.gate.reference(), learned.window.centre).map(|()| next)
+    fn seeded(&mut self) {
+        let Stage::Seeding(moments, clip) = &self.stage else { return };
+        let (second, around) = (clip.is_some(), moments.shift());
+        let seed = moments.statistics().map(|seed| self.design.floored(&seed, 1.0));
+        let neighbours = (!self.trusted).then_some((&self.bank, self.gate.reference()));
+        match seed.and_then(|seed| if second { settled(&seed, around, neighbours).map(|()| seed) } else { Ok(seed) }) {
+            Ok(seed) if second => {
+                self.stage = Stage::Learning(Learned { window: Window::after(&seed), activity: Activity::NONE });
             }
-            _ => Ok(next),
-        });
-        self.stage = match next {
-            Ok(next) => next,
+            Ok(seed) => {
+                self.stage = Stage::Seeding(Moments::around(seed.mean.into()), Some(Clip::at(&seed, SEED_CLIP_SIGMAS)));
+            }
             Err(error) => {
                 self.refused = Some(error);
                 if let LearnError::Unexpected(_) = error {
                     self.verdict.standing = self.verdict.standing.raised();
                     self.verdict.alarm_since = self.verdict.sample;
-                    Stage::Withheld
+                    self.stage = Stage::Withheld;
                 } else {
-                    Stage::Seeding(Moments::around(around), None)
+                    self.stage = Stage::Seeding(Moments::around(around), None);
                 }
             }
-        };
+        }
     }
 
     /// The learning window, once it is complete and until a model is installed. A board copies it out of the sampling
@@ -441,19 +443,16 @@ impl Guard {
     }
 }
 
-/// What follows a seeding window: the second one, clipped by the first, or the learning window.
-fn seeded(moments: &Moments<3>, second: bool, design: &Design) -> Result<Stage, LearnError> {
-    let seed = design.floored(&moments.statistics()?, 1.0);
-    if !second {
-        return Ok(Stage::Seeding(Moments::around(seed.mean.into()), Some(Clip::at(&seed, SEED_CLIP_SIGMAS))));
+/// Whether the second seeding window says that the loop has settled: its mean is that of the first, and one that the set
+/// point's neighbours make expect.
+fn settled(seed: &Statistics<3>, before: [f32; 3], neighbours: Option<(&Bank, f32)>) -> Result<(), LearnError> {
+    let (mean, sigma): ([f32; 3], [f32; 3]) = (seed.mean.into(), seed.sigma().into());
+    for (position, (moved, sigma)) in difference(mean, before).into_iter().zip(sigma).enumerate() {
+        if moved.abs() > SETTLED_TO_SIGMAS * sigma {
+            return Err(LearnError::Drifting(Channel::at(position)));
+        }
     }
-    // Around the mean of the first.
-    let (moved, sigma): ([f32; 3], [f32; 3]) = (difference(seed.mean.into(), moments.shift()), seed.sigma().into());
-    let moving = moved.iter().zip(sigma).position(|(moved, sigma)| moved.abs() > SETTLED_TO_SIGMAS * sigma);
-    match moving {
-        Some(position) => Err(LearnError::Drifting(Channel::at(position))),
-        None => Ok(Stage::Learning(Learned { window: Window::after(&seed), activity: Activity::NONE })),
-    }
+    neighbours.map_or(Ok(()), |(bank, set_point)| bank.expects(set_point, mean))
 }
 
 /// a - b.

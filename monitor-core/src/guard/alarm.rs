@@ -130,15 +130,15 @@ impl Alarm {
 
         let is_gone = !Flag::below(self.gone, GONE);
         let is_quiet = Flag::reached(self.quiet, rules.clear_hold);
-        let withdrawn = up & Flag::reached(self.calm, rules.clear_hold) & (is_gone | is_quiet);
+        let calm = Flag::reached(self.calm, rules.clear_hold);
+        let withdrawn = up & calm & (is_gone | is_quiet) & !self.settling;
         let was_recovering = Flag::any(self.recovery) & !self.settling;
         self.recover(rules, middle, evidence.steady, withdrawn, is_gone);
         let recovering = Flag::any(self.recovery);
         self.settling = self.settling & recovering;
         let beyond = (recovering & !self.settling & Flag::above(fast, RECOVERING_LIMIT)) | (!recovering & any_beyond);
         let raised = !up & beyond;
-        let up = (up & (self.settling | !withdrawn)) | raised;
-        Outcome { up, new: raised & !was_recovering, recovering, settling: self.settling }
+        Outcome { up: (up & !withdrawn) | raised, new: raised & !was_recovering, recovering, settling: self.settling }
     }
 
     /// Lets one slot of a recovery go by, or begins one. It ends when the middle scale has been quiet for long enough, when it
@@ -152,7 +152,7 @@ impl Alarm {
         let stands = check & !quiet & !falls & (steady | !self.settling);
         let over = stands | Flag::reached(self.recovered, rules.check);
         let left = (!over).choose_word(self.recovery - Flag::any(self.recovery).bit(), 0);
-        let begins = withdrawn & is_gone & !self.settling;
+        let begins = withdrawn & is_gone;
         self.recovery = begins.choose_word(rules.recovery, left);
         self.until_check = begins.choose_word(rules.first_check, check.choose_word(rules.check, self.until_check) - 1);
         self.falling_from = withdrawn.choose(f32::MAX, check.choose(middle, self.falling_from));

@@ -127,11 +127,8 @@ impl Judge {
         self.learn(design, count, now | recovering, held, &verdict.severity);
         verdict.alarm_since = new.choose_long(verdict.sample, verdict.alarm_since);
         let named = Flag::reached(self.still, rules.named_after);
-        verdict.standing = Standing::new(
-            [now, recovering & !settling, named, held, settling],
-            self.losses.stuck(),
-            self.losses.silent(),
-        );
+        verdict.standing =
+            Standing::new([now, recovering, named, held, settling], self.losses.stuck(), self.losses.silent());
     }
 
     /// Looks at the sensor whose turn it is.

@@ -169,7 +169,7 @@ impl Verdict {
     /// Whether the loop recovers from a fault: meanwhile only the fast scale can raise an alarm.
     #[must_use]
     pub const fn recovering(&self) -> bool {
-        self.standing.any(RECOVERING)
+        self.standing.any(RECOVERING) && !self.standing.any(SETTLING)
     }
 
     /// Whether the deviation has stood still for long enough that a name can be given.

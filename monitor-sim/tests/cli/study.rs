@@ -81,8 +81,8 @@ fn what_makes_no_sense_is_refused_with_a_sentence() {
 
 #[test]
 fn a_larger_fault_is_seen_sooner_and_white_noise_no_sooner_than_theory_allows() {
-    let report =
-        Desk::new().json("study delay --mode paper --seeds 2 --sizes 0.25,2 --calibration-runs 2 --calibration-judged 30", 0);
+    let report = Desk::new()
+        .json("study delay --mode paper --seeds 2 --sizes 0.25,2 --calibration-runs 2 --calibration-judged 30", 0);
     let rows = report["rows"].as_array().unwrap();
     assert_eq!(rows.len(), 7 * 2 + 5);
     let of = |id: &str| rows.iter().filter(move |row| row["fault"] == id).collect::<Vec<_>>();
@@ -119,7 +119,8 @@ fn the_value_of_a_ramp_at_detection_lies_on_the_ramp() {
 
 #[test]
 fn every_flight_of_every_fault_is_counted_once_in_the_confusion_table() {
-    let arguments = "study localization --mode paper --motors 3 --sizes 2,32 --calibration-runs 2 --calibration-judged 30";
+    let arguments =
+        "study localization --mode paper --motors 3 --sizes 2,32 --calibration-runs 2 --calibration-judged 30";
     let report = Desk::new().json(arguments, 0);
     let rows = report["rows"].as_array().unwrap();
     let of = |kind: &str| rows.iter().filter(move |row| row["row"] == kind).collect::<Vec<_>>();
@@ -143,7 +144,8 @@ fn every_flight_of_every_fault_is_counted_once_in_the_confusion_table() {
 
 #[test]
 fn what_disturbs_a_monitor_is_counted_for_each_level_and_each_fault() {
-    let arguments = "study robustness --mode paper --motors 1 --healthy 10 --size 32 --calibration-runs 2 --calibration-judged 30";
+    let arguments =
+        "study robustness --mode paper --motors 1 --healthy 10 --size 32 --calibration-runs 2 --calibration-judged 30";
     let report = Desk::new().json(arguments, 0);
     let rows = report["rows"].as_array().unwrap();
     let of = |kind: &str| rows.iter().filter(move |row| row["row"] == kind).collect::<Vec<_>>();
