@@ -31,6 +31,7 @@ pub mod output;
 pub mod guardian;
 pub mod mission;
 pub mod replay;
+pub mod fleet;
 pub mod tune;
 pub mod study;
 pub mod mission_page;

@@ -1,6 +1,7 @@
 //! The command line of the simulator: reads what is asked for, runs it, prints what came of it.
 
 mod args;
+mod fleet_command;
 mod mission_command;
 mod print;
 mod replay_command;

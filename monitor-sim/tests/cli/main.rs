@@ -3,6 +3,8 @@
 mod bad_logs;
 mod bad_options;
 mod desk;
+#[cfg(feature = "parquet")]
+mod fleet;
 mod guard_mission;
 mod guard_replay;
 mod mission;
