@@ -1,6 +1,7 @@
 //! The command line: what can be asked for, in the user's words.
 
 pub(crate) mod study;
+pub(crate) mod watch;
 
 use std::path::PathBuf;
 
@@ -19,6 +20,7 @@ Examples:
   monitor-sim --scenario my.toml --out DIR    a mission of your own
   monitor-sim --json | jq .faults             the tables for machines
   monitor-sim scenario > my.toml              a scenario to edit
+  monitor-sim watch --pace 5                  look on while a mission is flown
   monitor-sim tune --out limits.toml          find the paper's thresholds by borderline runs
   monitor-sim study false-alarms --hours 10   count false alarms over random motors
   monitor-sim replay log.csv --speed rpm --current amps --voltage volts \\
@@ -83,6 +85,9 @@ pub(crate) enum Command {
     #[command(mut_arg("rate_hz", |arg| arg.required(true)))]
     #[command(mut_arg("learn", |arg| arg.required_unless_present("baseline")))]
     Replay(Box<ReplayArgs>),
+    /// Watch a mission or a log in the terminal while it is judged
+    #[command(after_help = watch::EXAMPLES)]
+    Watch(Box<watch::WatchArgs>),
     /// Find thresholds for a motor by borderline fault-free and faulty runs
     #[command(after_help = TUNE_EXAMPLES)]
     Tune(TuneArgs),
@@ -131,7 +136,7 @@ pub(crate) struct MissionArgs {
     pub(crate) json: bool,
 }
 
-/// A recorded log, and how it is judged.
+/// A recorded log, and how it is judged: what `replay` and `watch` have in common.
 #[derive(Debug, Args)]
 pub(crate) struct LogArgs {
     /// Column of the shaft speed: header name, or number from 1

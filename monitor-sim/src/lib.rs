@@ -36,3 +36,4 @@ pub mod tune;
 pub mod study;
 pub mod mission_page;
 pub mod replay_page;
+pub mod watch;

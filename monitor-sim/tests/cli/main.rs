@@ -11,4 +11,5 @@ mod mission;
 mod replay;
 mod study;
 mod tune;
+mod watch;
 mod writings;
