@@ -75,7 +75,9 @@ pub enum LogError {
         line: u64,
     },
     /// A file in Parquet is damaged, or written in a way that is not known here.
-    #[error("the Parquet log `{path}` cannot be read ({cause}); write it anew, or export it as CSV")]
+    #[error(
+        "the Parquet log `{path}` cannot be read ({cause}); write it anew, compressed by snappy, zstd, gzip or lz4 if at all, or export it as CSV"
+    )]
     Parquet {
         /// The file.
         path: String,
