@@ -13,6 +13,7 @@ use parquet::basic::{ConvertedType, LogicalType, Type};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::{BoolType, DataType, DoubleType, FloatType, Int32Type, Int64Type};
 use parquet::errors::ParquetError;
+use parquet::file::metadata::{ColumnChunkMetaData, ParquetMetaData, RowGroupMetaData};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::schema::types::ColumnDescriptor;
 
@@ -77,6 +78,9 @@ impl ParquetLog {
         let file = File::open(path).map_err(|cause| open_error(name.clone(), cause))?;
         let total_bytes = file.metadata().map(|data| data.len()).unwrap_or(0);
         let file = guarded(&name, || SerializedFileReader::new(file))?;
+        if !lies_inside(file.metadata(), total_bytes) {
+            return Err(LogError::Parquet { path: name, cause: "its columns lie outside of it".to_owned() });
+        }
         let schema = file.metadata().file_metadata().schema_descr_ptr();
         let columns: Vec<String> = schema.columns().iter().map(|column| column.path().parts().join(".")).collect();
         let number = |index: usize| {
@@ -235,13 +239,24 @@ fn read<T: DataType>(
     Ok(rows)
 }
 
+/// Whether every column lies inside the file: the Parquet crate panics over one that does not.
+fn lies_inside(metadata: &ParquetMetaData, bytes: u64) -> bool {
+    let chunk_lies_inside = |chunk: &ColumnChunkMetaData| {
+        let start = chunk.dictionary_page_offset().unwrap_or_else(|| chunk.data_page_offset());
+        let ends = u64::try_from(start).ok().zip(u64::try_from(chunk.compressed_size()).ok());
+        ends.and_then(|(start, length)| start.checked_add(length)).is_some_and(|end| end <= bytes)
+    };
+    metadata.row_groups().iter().flat_map(RowGroupMetaData::columns).all(chunk_lies_inside)
+}
+
 /// What a column holds, in Parquet's words.
 fn kind(column: &ColumnDescriptor) -> String {
     let lists = if column.max_rep_level() > 0 { "lists of " } else { "" };
     format!("{lists}{}", column.physical_type())
 }
 
-/// Runs code of the Parquet crate: what it cannot read is an error, and so is what a damaged file may make it panic over.
+/// Runs code of the Parquet crate: what it cannot read is an error, and so is what a damaged file makes it panic over (twice
+/// in 6,000 files with some bytes changed at random).
 fn guarded<T>(path: &str, run: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, LogError> {
     let failed = |cause: String| LogError::Parquet { path: path.to_owned(), cause };
     match catch_unwind(AssertUnwindSafe(run)) {

@@ -162,4 +162,6 @@ fn no_damage_to_a_file_makes_the_reader_panic_or_read_for_ever() {
         assert!(rows <= 2 * GROUP as u64 && log.next_row().unwrap().is_none());
     }
     assert!(refused > 100, "{refused} of 300 damages were noticed");
+    let panics = guarded("log.parquet", || -> Result<(), ParquetError> { panic!("as the crate does over some files") });
+    assert!(panics.unwrap_err().to_string().contains("`log.parquet` cannot be read (its pages are damaged)"));
 }
