@@ -87,6 +87,16 @@ pub(crate) enum Command {
     Replay(Box<ReplayArgs>),
     /// Watch a mission or a log in the terminal while it is judged
     #[command(after_help = watch::EXAMPLES)]
+    #[command(mut_arg("speed", |arg| arg.requires("log")))]
+    #[command(mut_arg("channel", |arg| arg.requires("log")))]
+    #[command(mut_arg("set_point", |arg| arg.requires("log")))]
+    #[command(mut_arg("rate_hz", |arg| arg.requires("log")))]
+    #[command(mut_arg("learn", |arg| arg.requires("log")))]
+    #[command(mut_arg("inject", |arg| arg.requires("log")))]
+    #[command(mut_arg("settle", |arg| arg.requires("log")))]
+    #[command(mut_arg("set_point_tolerance", |arg| arg.requires("log")))]
+    #[command(mut_arg("resistance", |arg| arg.requires("log")))]
+    #[command(mut_arg("delimiter", |arg| arg.requires("log")))]
     Watch(Box<watch::WatchArgs>),
     /// Find thresholds for a motor by borderline fault-free and faulty runs
     #[command(after_help = TUNE_EXAMPLES)]
@@ -215,13 +225,13 @@ pub(crate) struct ReplayArgs {
     /// With --mode paper: thresholds file, as `tune` writes it, instead of limits from the learning window
     #[arg(long, value_name = "FILE", conflicts_with_all = ["margin", "cutoff_hz"])]
     pub(crate) limits: Option<PathBuf>,
-    /// Write no trace: it is larger than the log
+    /// Write no trace: it is larger than the log; of several logs none is written
     #[arg(long)]
     pub(crate) no_trace: bool,
     /// Which monitor judges
     #[arg(long, value_enum, default_value_t = Mode::Guard)]
     pub(crate) mode: Mode,
-    /// Directory for the page and the trace
+    /// Directory for the page and the trace, or for the summary of several logs
     #[arg(long, value_name = "DIR", default_value = "monitor-out")]
     pub(crate) out: PathBuf,
     /// Print one JSON document instead of tables

@@ -11,8 +11,8 @@ use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event};
 use signal_hook::consts::SIGTERM;
 
+use crate::args::Mode;
 use crate::args::watch::WatchArgs;
-use crate::args::{LogArgs, Mode};
 use crate::replay_command::guard_replay;
 use crate::{FALSE_ALARMS_PER_HOUR, Failure, only_in_guard_mode, only_in_paper_mode, print_all, scenario, settings};
 
@@ -44,7 +44,6 @@ fn feed(args: &WatchArgs) -> Result<Feed, Failure> {
         }
         return Ok(Feed::log(&guard_replay(path, &args.how)?)?);
     }
-    only_with_a_log(&args.how)?;
     let (scenario, seed) = (scenario(args.scenario.as_deref())?, args.seed.unwrap_or(1));
     match args.mode {
         Mode::Guard => {
@@ -56,26 +55,6 @@ fn feed(args: &WatchArgs) -> Result<Feed, Failure> {
             only_in_guard_mode("--false-alarms-per-hour", args.how.false_alarms_per_hour.is_some())?;
             Ok(Feed::paper(&scenario, &settings(args.limits.as_deref())?, seed)?)
         }
-    }
-}
-
-/// Refuses what only a log has: columns, a rate, a window, constants of a motor that is not simulated.
-fn only_with_a_log(how: &LogArgs) -> Result<(), Failure> {
-    let given = [
-        ("--speed", how.speed.is_some()),
-        ("--channel", !how.channel.is_empty()),
-        ("--set-point", how.set_point.is_some()),
-        ("--rate-hz", how.rate_hz.is_some()),
-        ("--learn", how.learn.is_some()),
-        ("--inject", !how.inject.is_empty()),
-        ("--resistance", how.resistance.is_some()),
-        ("--delimiter", how.delimiter.is_some()),
-    ];
-    match given.into_iter().find(|(_, given)| *given) {
-        Some((option, _)) => {
-            Err(format!("{option} belongs to a log: name the log before it, or leave {option} out").into())
-        }
-        None => Ok(()),
     }
 }
 

@@ -45,7 +45,8 @@ fn what_does_not_belong_together_is_refused() {
     let desk = Desk::with_sample();
     for (arguments, words) in [
         ("log.csv --print-at 1", ["--rate-hz", "--learn"]),
-        ("--rate-hz 50 --print-at 1", ["--rate-hz", "log"]),
+        ("--rate-hz 50 --print-at 1", ["--rate-hz", "<LOG>"]),
+        ("--settle 3 --print-at 1", ["--settle", "<LOG>"]),
         ("log.csv --speed 1 --current 2 --voltage 3 --rate-hz 50 --learn 0..99 --seed 3", ["--seed", "LOG"]),
         ("--print-at 9 --print-at 3", ["--print-at", "ascending"]),
         ("--print-at 9 --size 80", ["--size", "80x24"]),
