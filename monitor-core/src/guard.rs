@@ -3,7 +3,8 @@
 //! ```text
 //! sample ─ fit? ─ gate ─ deviation (1.7) ─┬─ fast   ─ T² ─┐
 //!            │                            ├─ middle ─ T² ─┼─ limits ─ raise, withdraw ─ verdict
-//!          losses                         └─ slow   ─ T² ─┘                  │
+//!          losses                         │    └─ trend ─┤                  │
+//!                                         └─ slow   ─ T² ─┘                  │
 //!                                              └─ estimate ─ directions ─ finding, size   (on request)
 //! ```
 #![doc = include_str!("../GUARD.md")]
@@ -12,16 +13,19 @@ use core::hint::select_unpredictable;
 
 use crate::moments::{Clip, LearnError, Moments};
 use crate::sample::Sample;
-use crate::set_point::{Gate, GateState};
+use crate::set_point::{Gate, GateState, SetPointGate};
 use crate::units::RadPerSec;
 use crate::verdict::Absence;
 
 mod alarm;
 mod design;
 mod direction;
+mod flag;
 mod judge;
+mod known;
 mod level;
 mod model;
+mod pair;
 mod sensor;
 mod verdict;
 mod window;
@@ -31,14 +35,19 @@ pub use design::{Config, ConfigError, Design};
 pub use direction::{
     Cause, Direction, DirectionError, Directions, Explanation, Finding, MotorConstants, Noise, TOLERANCE_OF_CONSTANTS,
 };
-use judge::{Judge, Known};
+use flag::Flag;
+use judge::Judge;
+use known::Known;
 pub use model::{Model, Quality};
-use sensor::{Activity, Senses};
+use sensor::{Activity, ROUND, Senses};
 pub use verdict::{Loss, Phase, Verdict};
 pub use window::Window;
 
-/// Time scales side by side: one sample or a few, the loop, drifts.
-pub const SCALES: usize = 3;
+/// Time scales side by side: a sample or a few, the loop, drifts, trends.
+pub const SCALES: usize = 4;
+
+/// Place of the slowest, which is judged once in a period.
+const TREND: usize = SCALES - 1;
 
 /// Set points whose models are kept.
 const BANK: usize = 4;
@@ -78,6 +87,8 @@ pub struct Guard {
     rules: Rules,
     senses: Senses,
     stage: Stage,
+    /// Samples taken: they say whose turn it is, and nothing else writes them.
+    count: u32,
     /// Slots in a row that had no sample.
     gap: u32,
     bank: Bank,
@@ -93,21 +104,28 @@ struct Bank {
 }
 
 impl Bank {
-    fn recall(&self, set_point: f32, holds: impl Fn(f32) -> bool) -> Option<Known> {
-        let near = self.entries.iter().flatten().filter(|(at, _)| holds(*at));
-        near.min_by(|(a, _), (b, _)| (a - set_point).abs().total_cmp(&(b - set_point).abs())).map(|(_, known)| *known)
+    /// The place of the model that was learned nearest to a set point, within the tolerance.
+    fn place(&self, gate: &SetPointGate, set_point: f32) -> Option<usize> {
+        let far = |place: usize| self.entries.get(place).copied().flatten().map(|(at, _)| (at - set_point).abs());
+        let holds = |place: &usize| far(*place).is_some_and(|far| gate.tolerates(far));
+        (0..BANK).filter(holds).min_by(|a, b| far(*a).unwrap_or(f32::MAX).total_cmp(&far(*b).unwrap_or(f32::MAX)))
     }
 
-    /// Keeps a model; of another set point when there is no room, the one that was first kept goes.
-    fn keep(&mut self, set_point: f32, known: Known) {
-        let same = self.entries.iter().position(|entry| entry.is_some_and(|(at, _)| (at - set_point).abs() <= 0.0));
-        let place = same.unwrap_or(self.next);
-        if let Some(entry) = self.entries.get_mut(place) {
-            *entry = Some((set_point, known));
+    fn recall(&self, gate: &SetPointGate, set_point: f32) -> Option<&Known> {
+        let entry = self.entries.get(self.place(gate, set_point)?)?;
+        entry.as_ref().map(|(_, known)| known)
+    }
+
+    /// Keeps what is known of a set point; of another one when there is no room, the one that was first kept goes.
+    fn keep(&mut self, gate: &SetPointGate, set_point: f32, known: &Known) {
+        if let Some(Some((_, kept))) = self.place(gate, set_point).and_then(|place| self.entries.get_mut(place)) {
+            *kept = *known;
+            return;
         }
-        if same.is_none() {
-            self.next = (self.next + 1) % BANK;
+        if let Some(entry) = self.entries.get_mut(self.next) {
+            *entry = Some((set_point, *known));
         }
+        self.next = (self.next + 1) % BANK;
     }
 }
 
@@ -118,14 +136,15 @@ impl Guard {
     /// [`ConfigError`] names the setting that is out of range.
     pub fn new(config: &Config) -> Result<Self, ConfigError> {
         let design = Design::new(config)?;
-        let [_, middle, _] = design.scales;
+        let [_, middle, ..] = design.scales;
         Ok(Guard {
             verdict: Verdict { sample: u64::MAX, ..Verdict::default() }, // the first sample has index zero
             gate: design.gate.unknown(),
-            rules: Rules::new(design.clear_hold, &middle),
+            rules: Rules::new(design.clear_hold, design.gate.settle_samples(), &middle),
             design,
-            senses: Senses::default(),
+            senses: Senses::NONE,
             stage: Stage::Settling(None),
+            count: 0,
             gap: 0,
             bank: Bank::default(),
             quality: Quality::default(),
@@ -151,17 +170,17 @@ impl Guard {
 
     #[inline(never)]
     fn slot(&mut self, set_point: f32, a: f32, b: f32, c: f32) -> &Verdict {
-        let x = [a, b, c];
         self.gap = 0;
         self.verdict.sample = self.verdict.sample.wrapping_add(1);
-        self.verdict.readings = x;
+        self.verdict.readings = [a, b, c];
         if let Stage::Judging(judge) = &mut self.stage
             && self.design.gate.holds(&self.gate, set_point)
         {
-            judge.step(&self.design, &self.rules, x, &mut self.verdict);
+            judge.step(&self.design, &self.rules, self.count, &mut self.verdict);
         } else {
-            self.before_judging(set_point, x);
+            self.before_judging(set_point);
         }
+        self.count = self.count.wrapping_add(1);
         &self.verdict
     }
 
@@ -184,34 +203,43 @@ impl Guard {
     /// A sample that no model judges.
     #[cold]
     #[inline(never)]
-    fn before_judging(&mut self, set_point: f32, x: [f32; 3]) {
-        let fit = x.map(measurable);
-        let held = !fit.iter().fold(true, |all, fit| all & fit);
+    fn before_judging(&mut self, set_point: f32) {
+        let x = self.verdict.readings;
+        let held = x.iter().fold(Flag::new(false), |held, x| held | Flag::unfit(*x));
         if !set_point.is_finite() {
             self.verdict.standing = self.verdict.standing.without_set_point();
             return;
         }
-        self.senses.step(fit, x);
-        self.verdict.standing = self.verdict.standing.unjudged(held);
+        let turn = (self.count % ROUND) as usize;
+        if let Some(x) = x.get(turn) {
+            self.senses.begin(turn, *x);
+            self.senses.step(turn, *x);
+        }
+        self.verdict.standing = self.verdict.standing.unjudged(held.is_set());
+        let from = self.gate.reference();
         match self.design.gate.step(&mut self.gate, set_point) {
-            Gate::Changed => self.set_point_changed(set_point),
+            Gate::Changed => self.set_point_changed(from, set_point),
             Gate::Settling => {}
-            Gate::Open => self.open(held, x),
+            Gate::Open => self.open(held.is_set(), x),
         }
         self.gather(held, x);
         self.verdict.phase = self.phase();
+        if let Stage::Judging(_) = self.stage {
+            self.verdict.standing = self.verdict.standing.settling();
+        }
     }
 
-    /// The set point has moved: its model is recalled if it was learned, and else it will be, unless a fault is suspected.
-    fn set_point_changed(&mut self, set_point: f32) {
+    /// The set point has moved: what was known of it is recalled, or else it will be learned, unless a fault is suspected. What
+    /// has become known of the one before is kept.
+    fn set_point_changed(&mut self, from: f32, set_point: f32) {
         let suspected = self.verdict.standing.alarm();
         if let Stage::Judging(judge) = &self.stage {
             self.senses = judge.senses;
+            self.bank.keep(&self.design.gate, from, &judge.known);
         }
-        let tolerance_holds = |at: f32| self.design.gate.holds(&self.design.gate.open_at(at), set_point);
-        self.stage = if let Some(known) = self.bank.recall(set_point, tolerance_holds) {
+        self.stage = if let Some(known) = self.bank.recall(&self.design.gate, set_point) {
             self.gate = self.design.gate.open_at(set_point);
-            Stage::Judging(Judge::new(known, Alarm::recovering(&self.rules), self.senses, &self.design))
+            Stage::Judging(Judge::new(*known, Alarm::settling(&self.rules), self.senses, &self.design))
         } else if suspected {
             Stage::Withheld
         } else {
@@ -229,17 +257,17 @@ impl Guard {
     }
 
     /// Lets a phase before judging take its sample, and go over into the next.
-    fn gather(&mut self, held: bool, x: [f32; 3]) {
+    fn gather(&mut self, held: Flag, x: [f32; 3]) {
         let design = &self.design;
         match &mut self.stage {
-            Stage::Settling(mean) if !held => {
+            Stage::Settling(mean) if !held.is_set() => {
                 let before = mean.unwrap_or(x);
                 let [d0, d1, d2] = difference(x, before).map(|d| d * 0.0625); // over the last sixteen or so
                 let [m0, m1, m2] = before;
                 *mean = Some([m0 + d0, m1 + d1, m2 + d2]);
             }
             Stage::Seeding(moments, clip) => {
-                moments.push_unless(held, clip.map_or(x, |clip| clip.apply(x).0));
+                moments.push_unless(held.is_set(), clip.map_or(x, |clip| clip.apply(x).0));
                 if moments.slots() >= design.seed_slots {
                     self.stage = seeded(moments, clip.is_some(), design).unwrap_or_else(|error| {
                         self.refused = Some(error);
@@ -249,7 +277,7 @@ impl Guard {
             }
             Stage::Learning(learned) => {
                 learned.window.push(design, held, x);
-                learned.activity.push(&self.senses);
+                learned.activity.push(&self.senses, self.count);
                 if learned.window.slots >= design.learn_slots {
                     self.stage = Stage::ModelDue(*learned);
                 }
@@ -274,7 +302,7 @@ impl Guard {
         match model {
             Ok((model, quality)) => {
                 let known = Known::new(model, learned.activity.stuck_below(), self.design.learn_slots);
-                self.bank.keep(self.gate.reference(), known);
+                self.bank.keep(&self.design.gate, self.gate.reference(), &known);
                 self.stage = Stage::Judging(Judge::new(known, Alarm::default(), self.senses, &self.design));
                 (self.quality, self.refused) = (quality, None);
             }
@@ -353,9 +381,9 @@ impl Guard {
 
     /// Estimate of the deviation from healthy, each channel in its unit; none while nothing is judged.
     #[must_use]
-    pub const fn deviation(&self) -> Option<[f32; 3]> {
+    pub fn deviation(&self) -> Option<[f32; 3]> {
         match &self.stage {
-            Stage::Judging(judge) => Some(judge.estimate),
+            Stage::Judging(judge) => Some(judge.located(&self.design, &self.verdict.severity).0),
             _ => None,
         }
     }
@@ -371,7 +399,8 @@ impl Guard {
         if !self.verdict.settled() {
             return Finding::Locating;
         }
-        match directions.explain(judge.estimate, &judge.noise(&self.design)) {
+        let (deviation, noise) = judge.located(&self.design, &self.verdict.severity);
+        match directions.explain(deviation, &noise) {
             Finding::Unknown if judge.is_young(&self.design) => Finding::Locating,
             finding => finding,
         }
@@ -417,10 +446,10 @@ fn at_least(x: f32, bound: f32) -> f32 {
     select_unpredictable(x > bound, x, bound)
 }
 
-/// Whether a reading is a number.
+/// An exponential smoother's next value.
 #[inline(always)]
-const fn measurable(x: f32) -> bool {
-    x.abs() <= f32::MAX
+fn smoothed([a, b, c]: [f32; 3], weight: f32, [x, y, z]: [f32; 3]) -> [f32; 3] {
+    [a + weight * (x - a), b + weight * (y - b), c + weight * (z - c)]
 }
 
 #[cfg(test)]

@@ -104,8 +104,7 @@ pub struct Explanation {
     pub cause: Cause,
     /// Its size, in its unit.
     pub size: f32,
-    /// Standard deviation of the size by noise, in its unit. Constants that are off by a share put the size off by about
-    /// that share.
+    /// Standard deviation of the size, in its unit: by noise, and by constants that are known to the direction's tolerance.
     pub size_sigma: f32,
     /// Squared distance of the deviation from what the fault makes of the readings: three on average if it is the one.
     pub misfit: f32,

@@ -19,7 +19,7 @@ mod verdict;
 pub const LEAST: (u16, u16) = (80, 24);
 
 /// Width of the events: in a frame of the least width, and in a wide one.
-const EVENTS: (u16, u16) = (29, 44);
+const EVENTS: (u16, u16) = (27, 44);
 const WIDE: u16 = 120;
 
 /// What the frame is read by in a glance.

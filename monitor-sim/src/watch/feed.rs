@@ -1,10 +1,11 @@
 //! Where the slots come from: a mission that is flown, or a log that is replayed.
 
 use monitor_core::Monitor;
+use monitor_core::guard::SCALES;
 use monitor_core::sample::{ModelId, Pair};
 
 use super::slot::{Says, Slot};
-use crate::guardian::{Guardian, Said};
+use crate::guardian::{Guardian, SCALE_NAMES, Said};
 use crate::mission::{self, MissionError};
 use crate::names::ChannelNames;
 use crate::plant::Plant;
@@ -12,6 +13,9 @@ use crate::replay::ReplayError;
 use crate::replay::guard::{Pass, Replay};
 use crate::scenario::Scenario;
 use crate::settings::PaperSettings;
+
+/// What the distances of `guard` mode are.
+const RATIO_OF_GUARD: &str = "T²/limit";
 
 /// Why a run cannot be shown, or not any further.
 #[derive(Debug, thiserror::Error)]
@@ -33,6 +37,8 @@ pub struct Subject {
     pub names: ChannelNames,
     /// Their units, where they are known, and else empty.
     pub units: [&'static str; 3],
+    /// What is compared with its limit.
+    pub ratio: &'static str,
     /// What the distances are called, and how they are made.
     pub distances: Vec<Distance>,
     /// Slots per second.
@@ -76,7 +82,7 @@ impl Feed {
     pub fn mission(scenario: &Scenario, false_alarms_per_hour: f64, seed: u64) -> Result<Self, WatchError> {
         let config = mission::guard::settings(scenario, false_alarms_per_hour);
         let guardian = mission::guard::guardian(scenario, &config)?;
-        let subject = of_mission(scenario, seed, "guard", time_scales(&config.time_constants_s));
+        let subject = of_mission(scenario, seed, ("guard", RATIO_OF_GUARD), time_scales(&config.time_constants_s));
         Ok(Feed { subject, source: Source::Guard(Plant::new(scenario, seed).into(), guardian.into()) })
     }
 
@@ -86,7 +92,7 @@ impl Feed {
     /// [`WatchError::Mission`] when the monitor refuses its settings.
     pub fn paper(scenario: &Scenario, settings: &PaperSettings, seed: u64) -> Result<Self, WatchError> {
         let monitor = mission::paper::monitor_for(scenario, settings)?;
-        let subject = of_mission(scenario, seed, "paper", models());
+        let subject = of_mission(scenario, seed, ("paper", "residual/limit"), models());
         Ok(Feed { subject, source: Source::Paper(Plant::new(scenario, seed).into(), monitor.into()) })
     }
 
@@ -101,6 +107,7 @@ impl Feed {
             title: format!("replay of {name}, guard mode"),
             names: pass.names().clone(),
             units: [""; 3],
+            ratio: RATIO_OF_GUARD,
             distances: time_scales(&pass.config().time_constants_s),
             rate_hz: replay.source.rate_hz,
             end_s: None,
@@ -151,7 +158,12 @@ impl Feed {
     }
 }
 
-fn of_mission(scenario: &Scenario, seed: u64, mode: &str, distances: Vec<Distance>) -> Subject {
+fn of_mission(
+    scenario: &Scenario,
+    seed: u64,
+    (mode, ratio): (&str, &'static str),
+    distances: Vec<Distance>,
+) -> Subject {
     let ends = |id: &str, what: &str| format!("{id} {what} (injected)");
     let injected =
         scenario.faults.iter().flat_map(|f| [(f.start_s, ends(&f.id, "begins")), (f.end_s, ends(&f.id, "ends"))]);
@@ -161,6 +173,7 @@ fn of_mission(scenario: &Scenario, seed: u64, mode: &str, distances: Vec<Distanc
         title: format!("{}, seed {seed}, {mode} mode", scenario.name),
         names: ChannelNames::motor(),
         units: ["rad/s", "A", "V"],
+        ratio,
         distances,
         rate_hz: scenario.rate_hz(),
         end_s: Some(scenario.duration_s),
@@ -169,9 +182,9 @@ fn of_mission(scenario: &Scenario, seed: u64, mode: &str, distances: Vec<Distanc
     }
 }
 
-fn time_scales(time_constants_s: &[f32; 3]) -> Vec<Distance> {
+fn time_scales(time_constants_s: &[f32; SCALES]) -> Vec<Distance> {
     let distance = |(name, time_s): (&'static str, &f32)| Distance { name, of: format!("over some {time_s} s") };
-    ["fast", "middle", "slow"].into_iter().zip(time_constants_s).map(distance).collect()
+    SCALE_NAMES.into_iter().zip(time_constants_s).map(distance).collect()
 }
 
 fn models() -> Vec<Distance> {

@@ -87,7 +87,10 @@ impl Says {
     #[must_use]
     pub fn by_guard(said: &Said, guardian: &Guardian) -> Self {
         let verdict = &said.verdict;
-        let [fast, middle, slow] = verdict.severity().unwrap_or([f32::NAN; 3]);
+        let mut ratios = [f32::NAN; DISTANCES];
+        for (ratio, severity) in ratios.iter_mut().zip(verdict.severity().into_iter().flatten()) {
+            *ratio = severity;
+        }
         let mut lost = [None; 3];
         for (channel, loss) in verdict.losses() {
             if let Some(lost) = lost.get_mut(channel as usize) {
@@ -108,7 +111,7 @@ impl Says {
             lost,
             name: said.found.map(|found| found.name),
             size: said.found.and_then(|found| found.size),
-            ratios: [fast, middle, slow, f32::NAN],
+            ratios,
             mean: model.map_or([f32::NAN; 3], guard::Model::mean),
             sigma: model.map_or([f32::NAN; 3], guard::Model::sigma),
             refused: said.learned.and_then(Result::err),

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::path::PathBuf;
 
-use monitor_core::guard::{Config, Guard};
+use monitor_core::guard::{Config, Guard, SCALES};
 use monitor_core::moments::LearnError;
 
 use super::alarm::AlarmBuilder;
@@ -245,7 +245,7 @@ impl Pass {
                     .to_owned(),
             );
         }
-        let limits = self.guardian.guard().limits().unwrap_or([f32::NAN; 3]);
+        let limits = self.guardian.guard().limits().unwrap_or([f32::NAN; SCALES]);
         let report = GuardReplayReport {
             mode: "guard",
             log: source.path.clone(),

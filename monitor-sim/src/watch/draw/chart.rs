@@ -144,7 +144,7 @@ fn decade_label(decade: i32) -> String {
 }
 
 fn distance_title(player: &Player) -> Line<'static> {
-    let mut spans = vec![Span::raw(" distance/limit")];
+    let mut spans = vec![Span::raw(format!(" {}", player.subject().ratio))];
     let ratios = player.shown().map_or([f32::NAN; 4], |bin: &Bin| bin.says.ratios);
     for ((distance, ratio), color) in player.subject().distances.iter().zip(ratios).zip(DISTANCES) {
         let shown = if ratio.is_finite() { short(f64::from(ratio)) } else { "-".to_owned() };
@@ -153,10 +153,10 @@ fn distance_title(player: &Player) -> Line<'static> {
     Line::from(spans)
 }
 
-/// Three digits are enough of a distance.
+/// Three or four digits are enough of a distance, and of one that is far beyond its limit one.
 fn short(ratio: f64) -> String {
     match ratio {
-        _ if ratio >= 999.5 => format!("{ratio:.1e}"),
+        _ if ratio >= 9999.5 => format!("{ratio:.0e}"),
         _ if ratio >= 99.95 => format!("{ratio:.0}"),
         _ if ratio >= 9.995 => format!("{ratio:.1}"),
         _ => format!("{ratio:.2}"),

@@ -43,7 +43,7 @@ fn every_chart_shows_its_readings_and_the_mean_and_limit_they_are_held_against()
         assert_eq!(text.lines().count(), usize::from(height));
         assert!(text.lines().all(|line| line.chars().count() <= usize::from(width)));
         let rows: Vec<_> = text.lines().collect();
-        let starts: Vec<_> = [" speed, rad/s", " current, A", " voltage, V", " distance/limit"]
+        let starts: Vec<_> = [" speed, rad/s", " current, A", " voltage, V", " T²/limit"]
             .into_iter()
             .map(|title| rows.iter().position(|row| row.starts_with(title)).ok_or(title).unwrap())
             .collect();
