@@ -10,6 +10,8 @@ mod guard_replay;
 mod mission;
 mod replay;
 mod study;
+#[cfg(target_os = "linux")]
+mod terminal;
 mod tune;
 mod watch;
 mod writings;
