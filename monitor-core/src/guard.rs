@@ -9,15 +9,14 @@
 //! ```
 #![doc = include_str!("../GUARD.md")]
 
-use core::hint::select_unpredictable;
-
 use crate::moments::{Clip, LearnError, Moments};
-use crate::sample::Sample;
-use crate::set_point::{Gate, GateState, SetPointGate};
+use crate::sample::{Channel, Sample};
+use crate::set_point::{Gate, GateState};
 use crate::units::RadPerSec;
 use crate::verdict::Absence;
 
 mod alarm;
+mod bank;
 mod design;
 mod direction;
 mod flag;
@@ -27,10 +26,12 @@ mod level;
 mod model;
 mod pair;
 mod sensor;
+mod stored;
 mod verdict;
 mod window;
 
 use alarm::{Alarm, Rules};
+use bank::Bank;
 pub use design::{Config, ConfigError, Design};
 pub use direction::{
     Cause, Direction, DirectionError, Directions, Explanation, Finding, MotorConstants, Noise, TOLERANCE_OF_CONSTANTS,
@@ -40,6 +41,7 @@ use judge::Judge;
 use known::Known;
 pub use model::{Model, Quality};
 use sensor::{Activity, ROUND, Senses};
+pub use stored::{RestoreError, Stored};
 pub use verdict::{Loss, Phase, Verdict};
 pub use window::Window;
 
@@ -49,14 +51,14 @@ pub const SCALES: usize = 4;
 /// Place of the slowest, which is judged once in a period.
 const TREND: usize = SCALES - 1;
 
-/// Set points whose models are kept.
-const BANK: usize = 4;
-
 /// Slots in a row without a sample that are a gap: as long as a sensor may say nothing.
 const GAP: u32 = 16;
 
 /// Sigmas of the first seeding window at which the second is clipped.
 const SEED_CLIP_SIGMAS: f32 = 4.0;
+
+/// How far the mean may move from the first seeding window to the second: further, and the loop has not settled.
+const SETTLED_TO_SIGMAS: f32 = 2.0;
 
 /// A window, and the activity of each channel while it was gathered.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,39 +96,8 @@ pub struct Guard {
     bank: Bank,
     quality: Quality,
     refused: Option<LearnError>,
-}
-
-/// Models of set points that were learned.
-#[derive(Clone, Debug, Default)]
-struct Bank {
-    entries: [Option<(f32, Known)>; BANK],
-    next: usize,
-}
-
-impl Bank {
-    /// The place of the model that was learned nearest to a set point, within the tolerance.
-    fn place(&self, gate: &SetPointGate, set_point: f32) -> Option<usize> {
-        let far = |place: usize| self.entries.get(place).copied().flatten().map(|(at, _)| (at - set_point).abs());
-        let holds = |place: &usize| far(*place).is_some_and(|far| gate.tolerates(far));
-        (0..BANK).filter(holds).min_by(|a, b| far(*a).unwrap_or(f32::MAX).total_cmp(&far(*b).unwrap_or(f32::MAX)))
-    }
-
-    fn recall(&self, gate: &SetPointGate, set_point: f32) -> Option<&Known> {
-        let entry = self.entries.get(self.place(gate, set_point)?)?;
-        entry.as_ref().map(|(_, known)| known)
-    }
-
-    /// Keeps what is known of a set point; of another one when there is no room, the one that was first kept goes.
-    fn keep(&mut self, gate: &SetPointGate, set_point: f32, known: &Known) {
-        if let Some(Some((_, kept))) = self.place(gate, set_point).and_then(|place| self.entries.get_mut(place)) {
-            *kept = *known;
-            return;
-        }
-        if let Some(entry) = self.entries.get_mut(self.next) {
-            *entry = Some((set_point, *known));
-        }
-        self.next = (self.next + 1) % BANK;
-    }
+    /// Whether the motor was said to be healthy at this set point, whatever its neighbours make expect.
+    trusted: bool,
 }
 
 impl Guard {
@@ -149,6 +120,7 @@ impl Guard {
             bank: Bank::default(),
             quality: Quality::default(),
             refused: None,
+            trusted: false,
         })
     }
 
@@ -233,6 +205,7 @@ impl Guard {
     /// has become known of the one before is kept.
     fn set_point_changed(&mut self, from: f32, set_point: f32) {
         let suspected = self.verdict.standing.alarm();
+        self.trusted = false;
         if let Stage::Judging(judge) = &self.stage {
             self.senses = judge.senses;
             self.bank.keep(&self.design.gate, from, &judge.known);
@@ -269,10 +242,9 @@ impl Guard {
             Stage::Seeding(moments, clip) => {
                 moments.push_unless(held.is_set(), clip.map_or(x, |clip| clip.apply(x).0));
                 if moments.slots() >= design.seed_slots {
-                    self.stage = seeded(moments, clip.is_some(), design).unwrap_or_else(|error| {
-                        self.refused = Some(error);
-                        Stage::Seeding(Moments::around(moments.shift()), None)
-                    });
+                    let next = seeded(moments, clip.is_some(), design);
+                    let around = moments.shift();
+                    self.seeded(next, around);
                 }
             }
             Stage::Learning(learned) => {
@@ -284,6 +256,31 @@ impl Guard {
             }
             _ => {}
         }
+    }
+
+    /// Goes over into what follows a seeding window. If its mean is one that the set point's neighbours do not make expect, that is
+    /// an alarm, and nothing is learned.
+    #[inline(never)]
+    fn seeded(&mut self, next: Result<Stage, LearnError>, around: [f32; 3]) {
+        let next = next.and_then(|next| match &next {
+            Stage::Learning(learned) if !self.trusted => {
+                self.bank.expects(self.gate.reference(), learned.window.centre).map(|()| next)
+            }
+            _ => Ok(next),
+        });
+        self.stage = match next {
+            Ok(next) => next,
+            Err(error) => {
+                self.refused = Some(error);
+                if let LearnError::Unexpected(_) = error {
+                    self.verdict.standing = self.verdict.standing.raised();
+                    self.verdict.alarm_since = self.verdict.sample;
+                    Stage::Withheld
+                } else {
+                    Stage::Seeding(Moments::around(around), None)
+                }
+            }
+        };
     }
 
     /// The learning window, once it is complete and until a model is installed. A board copies it out of the sampling
@@ -342,6 +339,31 @@ impl Guard {
         }
     }
 
+    /// What is known of each set point, to be kept where it outlives a loss of power. Outside the sampling interrupt, from a copy of
+    /// the monitor.
+    pub fn stored(&self) -> impl Iterator<Item = Stored> + '_ {
+        let here = match &self.stage {
+            Stage::Judging(judge) => self.bank.recall(&self.design.gate, self.gate.reference()).zip(Some(&judge.known)),
+            _ => None,
+        };
+        self.bank.iter().map(move |(set_point, known)| {
+            // What is judged by has become sharper since it was recalled.
+            let newest = here.filter(|(here, _)| core::ptr::eq(*here, known)).map_or(known, |(_, newest)| newest);
+            Stored::of(&self.design, *set_point, newest)
+        })
+    }
+
+    /// Takes in what was known of a set point: when that is reached next, it is judged by it. Before the first sample, a monitor
+    /// is ready as soon as the loop has settled.
+    ///
+    /// # Errors
+    /// [`RestoreError`] when it was learned under other settings; then nothing has changed.
+    pub fn restore(&mut self, stored: &Stored) -> Result<(), RestoreError> {
+        let (set_point, known) = stored.restored(&self.design)?;
+        self.bank.keep(&self.design.gate, set_point, &known);
+        Ok(())
+    }
+
     /// Limit of the distance at each time scale, as sharp as it is by now.
     #[must_use]
     pub fn limits(&self) -> Option<[f32; SCALES]> {
@@ -369,10 +391,11 @@ impl Guard {
         &self.verdict
     }
 
-    /// Withdraws an alarm that is latched, or that stood when an unknown set point was reached: then the motor is taken for
+    /// Withdraws an alarm that is latched, or by which nothing is learned at an unknown set point: then the motor is taken for
     /// healthy and learned. If the fault still stands at a known one, it is raised again.
     pub fn acknowledge(&mut self) {
         self.verdict.standing = self.verdict.standing.without_alarm();
+        self.trusted = true;
         if let Stage::Withheld = self.stage {
             self.stage = Stage::Settling(None);
             self.verdict.phase = self.phase();
@@ -392,10 +415,10 @@ impl Guard {
     /// sampling interrupt, from a copy of the monitor.
     #[must_use]
     pub fn finding(&self, directions: &Directions) -> Finding {
-        let Stage::Judging(judge) = &self.stage else { return Finding::Healthy };
         if !self.verdict.deviates() {
             return Finding::Healthy;
         }
+        let Stage::Judging(judge) = &self.stage else { return Finding::Locating };
         if !self.verdict.settled() {
             return Finding::Locating;
         }
@@ -421,29 +444,22 @@ impl Guard {
 /// What follows a seeding window: the second one, clipped by the first, or the learning window.
 fn seeded(moments: &Moments<3>, second: bool, design: &Design) -> Result<Stage, LearnError> {
     let seed = design.floored(&moments.statistics()?, 1.0);
-    Ok(if second {
-        Stage::Learning(Learned { window: Window::after(&seed), activity: Activity::NONE })
-    } else {
-        Stage::Seeding(Moments::around(seed.mean.into()), Some(Clip::at(&seed, SEED_CLIP_SIGMAS)))
-    })
+    if !second {
+        return Ok(Stage::Seeding(Moments::around(seed.mean.into()), Some(Clip::at(&seed, SEED_CLIP_SIGMAS))));
+    }
+    // Around the mean of the first.
+    let (moved, sigma): ([f32; 3], [f32; 3]) = (difference(seed.mean.into(), moments.shift()), seed.sigma().into());
+    let moving = moved.iter().zip(sigma).position(|(moved, sigma)| moved.abs() > SETTLED_TO_SIGMAS * sigma);
+    match moving {
+        Some(position) => Err(LearnError::Drifting(Channel::at(position))),
+        None => Ok(Stage::Learning(Learned { window: Window::after(&seed), activity: Activity::NONE })),
+    }
 }
 
 /// a - b.
 #[inline(always)]
 fn difference([a, b, c]: [f32; 3], [x, y, z]: [f32; 3]) -> [f32; 3] {
     [a - x, b - y, c - z]
-}
-
-/// The lesser of two numbers, or the bound: no branch, and a third of the instructions of `f32::min`, which cares for NaN.
-#[inline(always)]
-fn at_most(x: f32, bound: f32) -> f32 {
-    select_unpredictable(x < bound, x, bound)
-}
-
-/// The greater of two numbers, or the bound.
-#[inline(always)]
-fn at_least(x: f32, bound: f32) -> f32 {
-    select_unpredictable(x > bound, x, bound)
 }
 
 /// An exponential smoother's next value.

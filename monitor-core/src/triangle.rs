@@ -73,6 +73,10 @@ impl Packed {
         Packed([a, b, c, d, e, f])
     }
 
+    pub(crate) const fn cells(&mut self) -> &mut [f32; 6] {
+        &mut self.0
+    }
+
     #[inline(always)]
     pub(crate) const fn unpacked(&self) -> Triangle<3> {
         let Packed([a, b, c, d, e, f]) = *self;

@@ -121,7 +121,8 @@ pub struct Design {
     /// What the largest distance of as many samples as are learned from reaches once in twenty times, in limits.
     pub(super) expected_peaks: [f32; TREND],
     /// Samples between two false alarms of one time scale.
-    interval_samples: f32,
+    pub(super) interval_samples: f32,
+    pub(super) sample_rate_hz: f32,
     pub(super) seed_slots: u32,
     pub(super) learn_slots: u32,
     pub(super) memory_slots: f32,
@@ -179,6 +180,7 @@ impl Design {
             floors,
             expected_peaks: [1.0; TREND],
             interval_samples: SCALES as f32 * 3600.0 * rate / config.false_alarms_per_hour,
+            sample_rate_hz: rate,
             seed_slots,
             learn_slots,
             memory_slots: (config.memory_s * rate).max(learn_slots as f32),

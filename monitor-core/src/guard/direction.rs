@@ -10,7 +10,6 @@
 
 use heapless::Vec;
 
-use super::at_least;
 use crate::root::square_root;
 use crate::triangle::inner;
 
@@ -250,7 +249,7 @@ impl Directions {
         }
         let Some((direction, best)) = best else { return Finding::Unknown };
         // What still moves must not make a fault that fits better than any other an unknown one.
-        let generous = noise.of(deviation, at_least(noise.settled_to, FITS_TO));
+        let generous = noise.of(deviation, noise.settled_to.max(FITS_TO));
         let misfit = Fit::of(direction, deviation, &generous).map(|fit| fit.explanation.misfit);
         let Some(misfit) = misfit.filter(|misfit| *misfit <= MISFIT_TO) else { return Finding::Unknown };
         let explanation = Explanation { misfit, ..best.explanation };

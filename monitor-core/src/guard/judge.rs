@@ -11,7 +11,7 @@ use super::known::Known;
 use super::level::PERIOD;
 use super::sensor::{Losses, ROUND, Senses};
 use super::verdict::{Standing, Verdict};
-use super::{SCALES, TREND, at_most, difference, smoothed};
+use super::{SCALES, TREND, difference, smoothed};
 use crate::triangle::{Packed, inner, square};
 
 /// Deviations count up to 2^20 sigmas, far beyond any fault, so that no number leaves the range of `f32`.
@@ -46,9 +46,9 @@ pub(super) struct Judge {
     centre: [f32; 3],
     /// The metrics as they judge: as known, but for the channel that they do without.
     metrics: [Packed; SCALES],
-    blind: u32,
+    blind: u8,
     /// The channel that they are being made to do without.
-    blind_next: u32,
+    blind_next: u8,
     /// The reciprocals of the limits as they judge.
     per_limit: [f32; SCALES],
     fast: [f32; 3],
@@ -152,7 +152,7 @@ impl Judge {
         let [a, b, c] = x.map(|x| Flag::unfit(x).bit());
         let unfit = a | b << 1 | c << 2;
         let several = lost & lost.wrapping_sub(1);
-        let held = Flag::any((unfit & !lost) | several | (lost ^ self.blind));
+        let held = Flag::any((unfit & !lost) | several | (lost ^ u32::from(self.blind)));
         // No bit, if the sample says nothing.
         let there = !(unfit | lost) & held.bit().wrapping_sub(1);
         let mut d = difference(x, self.centre);
@@ -250,11 +250,11 @@ impl Judge {
             self.known.follow(design, suspected, self.middle);
             self.known.prove();
             self.centre = self.known.centre();
-            self.blind_next = self.losses.lost();
+            self.blind_next = self.losses.lost() as u8;
             return;
         };
         if let Some((metric, scale)) = self.metrics.get_mut(place).zip(self.known.model.scales.get(place)) {
-            *metric = Packed::of(&scale.metric.unpacked().without(self.blind_next));
+            *metric = Packed::of(&scale.metric.unpacked().without(u32::from(self.blind_next)));
         }
         if place == TREND {
             self.blind = self.blind_next;
@@ -317,7 +317,7 @@ impl Judge {
         let more = self.gain / (2.0 - self.gain) / of_slow.variance_ratio();
         let [_, of_middle, ..] = &design.scales;
         let young = self.gain / of_middle.weight();
-        let settled_to = SETTLED_TO + (SETTLED_TO_AT_FIRST - SETTLED_TO) * at_most(young, 1.0);
+        let settled_to = SETTLED_TO + (SETTLED_TO_AT_FIRST - SETTLED_TO) * young.min(1.0);
         (self.estimate, self.noise(&metric_of_slow.metric, more, settled_to))
     }
 

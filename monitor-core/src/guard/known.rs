@@ -38,6 +38,36 @@ impl Known {
         Known { model, stuck_below, per_limit, slots, unproven: learned_slots, peak: [0.0; TREND], drift: [0.0; 3] }
     }
 
+    pub(super) const BLANK: Self = Known {
+        model: Model::BLANK,
+        stuck_below: [0.0; 3],
+        per_limit: [0.0; SCALES],
+        slots: 0.0,
+        unproven: 0,
+        peak: [0.0; TREND],
+        drift: [0.0; 3],
+    };
+
+    /// Hands out every number of it in turn, to be read or written.
+    pub(super) fn each_number(&mut self, f: &mut impl FnMut(&mut f32)) {
+        self.model.each_number(f);
+        let arrays =
+            self.stuck_below.iter_mut().chain(&mut self.per_limit).chain(&mut self.peak).chain(&mut self.drift);
+        arrays.chain([&mut self.slots]).for_each(&mut *f);
+        // Whole periods, of which an f32 counts 2^24.
+        let mut periods = (self.unproven / PERIOD) as f32;
+        f(&mut periods);
+        self.unproven = periods as u32 * PERIOD;
+    }
+
+    /// Whether samples can be judged by it.
+    pub(super) fn is_usable(&self) -> bool {
+        let (mut finite, mut known) = (true, *self);
+        known.each_number(&mut |number| finite &= number.is_finite());
+        let sharp = self.per_limit.iter().all(|per_limit| *per_limit > 0.0);
+        finite && sharp && self.slots >= 1.0 && self.model.is_usable()
+    }
+
     /// Where deviations are taken from: the mean, with what it has drifted.
     #[inline(always)]
     pub(super) fn centre(&self) -> [f32; 3] {

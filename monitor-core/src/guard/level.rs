@@ -28,6 +28,12 @@ pub(super) struct Level {
 }
 
 impl Level {
+    pub(super) const BLANK: Self = Level { base: 0.0, growth: 0.0, per_slot: 0.0, borrowed: 0.0 };
+
+    pub(super) fn each_number(&mut self, f: &mut impl FnMut(&mut f32)) {
+        [&mut self.base, &mut self.growth, &mut self.per_slot, &mut self.borrowed].into_iter().for_each(f);
+    }
+
     /// Of the scale at this place, whose metric was learned from a window of so many slots with so many degrees of freedom, and
     /// which has so many independent samples in a slot.
     pub(super) fn new(

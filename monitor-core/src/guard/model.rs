@@ -42,6 +42,14 @@ const WIDER_TO: f32 = 2.0;
 const NARROWER_TO: f32 = 0.7;
 
 impl Scale {
+    const BLANK: Self =
+        Scale { metric: Packed::of(&Triangle::from_upper([[0.0; 3]; 3])), learned: [0.0; 3], level: Level::BLANK };
+
+    fn each_number(&mut self, f: &mut impl FnMut(&mut f32)) {
+        self.metric.cells().iter_mut().chain(&mut self.learned).for_each(&mut *f);
+        self.level.each_number(f);
+    }
+
     /// Brings the metric a step nearer to where smoothed deviations are white ([`Triangle::whiten`]).
     #[inline(always)]
     pub(super) fn sharpen(&mut self, y: [f32; 3], gain: f32) {
@@ -83,6 +91,19 @@ pub struct Quality {
 }
 
 impl Model {
+    pub(super) const BLANK: Self = Model { mean: [0.0; 3], sigma: [0.0; 3], scales: [Scale::BLANK; SCALES] };
+
+    pub(super) fn each_number(&mut self, f: &mut impl FnMut(&mut f32)) {
+        self.mean.iter_mut().chain(&mut self.sigma).for_each(&mut *f);
+        self.scales.iter_mut().for_each(|scale| scale.each_number(f));
+    }
+
+    /// Whether samples can be judged by it, its numbers being finite.
+    pub(super) fn is_usable(&self) -> bool {
+        let scales = self.scales.iter().flat_map(|scale| scale.learned);
+        self.sigma.iter().all(|sigma| *sigma > 0.0) && scales.into_iter().all(|cell| cell.abs() > 0.0)
+    }
+
     /// Learns from a window. The eigen-solver runs here: outside the sampling interrupt.
     ///
     /// # Errors

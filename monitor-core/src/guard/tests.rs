@@ -1,7 +1,6 @@
 //! The monitor in `guard` mode as a whole: what it finds, when it is silent, and what bad situations do to it.
 
 use super::*;
-use crate::sample::Channel;
 
 extern crate std;
 use std::vec::Vec;
@@ -170,6 +169,97 @@ fn a_fault_that_begins_while_learning_refuses_the_window_and_names_the_channel()
     watch.run(2_200, off(Channel::ArmatureCurrent, 2.0));
     assert_eq!(watch.guard.refused(), Some(LearnError::Drifting(Channel::ArmatureCurrent)));
     assert_eq!(watch.guard.verdict().phase(), Phase::Seeding, "it has begun again");
+}
+
+#[test]
+fn a_loop_that_needs_longer_than_the_settling_time_is_learned_once_it_has_settled() {
+    let mut watch = Watch::new(&config(), 26);
+    let swinging_in = |k: u32, [a, b, c]: [f32; 3]| [a - 50.0 * (-(k as f32) / 600.0).exp(), b, c];
+    watch.run(2_000, swinging_in);
+    assert_eq!(watch.guard.refused(), Some(LearnError::Drifting(Channel::Speed)));
+    let verdicts = watch.run(20_000, |k, x| swinging_in(k + 2_000, x));
+    assert!(verdicts.last().unwrap().phase() == Phase::Monitoring && !verdicts.iter().any(Verdict::alarm));
+    let sigma = watch.guard.model().unwrap().sigma()[0];
+    assert!(sigma < 1.1 * SIGMA[0], "{sigma}");
+}
+
+#[test]
+fn a_stored_model_judges_after_a_loss_of_power_as_it_did_before() {
+    let mut watch = Watch::learned(27);
+    (watch.set_point, watch.motor.mean) = (200.0, [200.0, 1.5, 7.0]);
+    watch.run(30_000, |_, x| x);
+    let bytes: Vec<Vec<u8>> = watch.guard.stored().map(|stored| stored.bytes().to_vec()).collect();
+    assert_eq!(bytes.len(), 2);
+    let mut next = Watch::new(&config(), 28);
+    for bytes in &bytes {
+        next.guard.restore(&Stored::of_bytes(bytes).unwrap()).unwrap();
+    }
+    (next.set_point, next.motor.mean) = (watch.set_point, watch.motor.mean);
+    next.run(1, |_, x| x);
+    assert_eq!((next.guard.model(), next.guard.limits()), (watch.guard.model(), watch.guard.limits()));
+    let verdicts = next.run(1_000, |_, x| x);
+    assert_eq!(phases(&verdicts), [Phase::Settling, Phase::Monitoring]);
+    assert!(!next.run(20_000, |_, x| x).iter().any(Verdict::alarm));
+    assert!(first_alarm(&next.run(500, off(Channel::Speed, 5.0))).is_some());
+}
+
+#[test]
+fn a_model_of_another_sampling_rate_or_of_other_settings_or_a_damaged_one_is_refused_and_changes_nothing() {
+    let watch = Watch::learned(29);
+    let stored = watch.guard.stored().next().unwrap();
+    let restored = |change: fn(&mut Config)| {
+        let mut config = config();
+        change(&mut config);
+        let mut guard = Guard::new(&config).unwrap();
+        let result = guard.restore(&stored);
+        assert_eq!(guard.stored().count(), usize::from(result.is_ok()));
+        result
+    };
+    assert_eq!(restored(|_| ()), Ok(()));
+    assert_eq!(restored(|c| c.sample_rate_hz = 500.0), Err(RestoreError::SampleRate(1_000.0)));
+    assert_eq!(restored(|c| c.time_constants_s[2] = 3.0), Err(RestoreError::TimeConstants));
+    assert_eq!(restored(|c| c.false_alarms_per_hour = 1.0), Err(RestoreError::FalseAlarmRate));
+    let damaged = |place: usize| {
+        let mut bytes = *stored.bytes();
+        bytes[place] ^= 16;
+        Stored::of_bytes(&bytes).map(|_| ())
+    };
+    assert_eq!(damaged(0), Err(RestoreError::Format));
+    for place in 4..Stored::BYTES {
+        assert_eq!(damaged(place), Err(RestoreError::Damaged));
+    }
+    assert_eq!(Stored::of_bytes(&stored.bytes()[1..]).map(|_| ()), Err(RestoreError::Length));
+    assert_eq!(Stored::of_bytes(&[0; Stored::BYTES]).map(|_| ()), Err(RestoreError::Format));
+}
+
+#[test]
+fn a_new_set_point_between_known_ones_is_learned_where_a_propellers_load_lies_and_is_an_alarm_where_none_does() {
+    let at = |speed: f32| [speed, 0.5 + 1.5 * (speed / 300.0).powi(2), 0.04 * speed];
+    let mut watch = Watch::new(&config(), 30);
+    let go = |watch: &mut Watch, speed: f32, extra: f32| {
+        (watch.set_point, watch.motor.mean) = (speed, at(speed));
+        watch.motor.mean[1] += extra;
+        watch.run(14_000, |_, x| x)
+    };
+    for speed in [100.0, 300.0, 200.0] {
+        let verdicts = go(&mut watch, speed, 0.0);
+        assert!(
+            verdicts.last().unwrap().phase() == Phase::Monitoring && !verdicts.iter().any(Verdict::alarm),
+            "{speed}"
+        );
+    }
+    // Half the load more.
+    let verdicts = go(&mut watch, 150.0, 0.5);
+    let found = first_alarm(&verdicts).unwrap();
+    assert!(found < 1_200, "when the seeding windows are over: {found}");
+    assert_eq!(watch.guard.refused(), Some(LearnError::Unexpected(Channel::ArmatureCurrent)));
+    assert!(
+        verdicts[found..].iter().all(|v| v.phase() == Phase::Withheld && v.since() == Some(verdicts[found].sample()))
+    );
+    // It is said to be healthy, and learned.
+    watch.guard.acknowledge();
+    let verdicts = watch.run(14_000, |_, x| x);
+    assert!(verdicts.last().unwrap().phase() == Phase::Monitoring && !verdicts.iter().any(Verdict::alarm));
 }
 
 #[test]

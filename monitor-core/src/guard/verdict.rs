@@ -21,8 +21,7 @@ pub enum Phase {
     ModelDue,
     /// Every sample is judged.
     Monitoring,
-    /// Nothing is known of this set point, and it was reached while a fault was suspected: what would be learned now might
-    /// be the fault.
+    /// Nothing is known of this set point, and a fault is suspected: what would be learned now might be the fault.
     Withheld,
 }
 
@@ -68,6 +67,10 @@ impl Standing {
     /// The same alarm, nothing else, and why the slot has no sample that was judged.
     pub(super) const fn unjudged(self, held: bool) -> Self {
         Standing(self.0 & ALARM | if held { HELD } else { 0 })
+    }
+
+    pub(super) const fn raised(self) -> Self {
+        Standing(self.0 | ALARM)
     }
 
     pub(super) const fn without_alarm(self) -> Self {

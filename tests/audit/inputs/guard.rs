@@ -23,9 +23,9 @@ pub const GUARD_WINDOW_END: &str = "guard_window_end";
 /// `Guard::finding`.
 pub const GUARD_FINDING: &str = "guard_finding";
 
-/// Slots of a period, and how many of them have a turn: each of three scales two, and the mean.
+/// Slots of a period, and how many of them have a turn: each of four scales two, the mean, and the trend.
 const PERIOD: u64 = 64;
-const TURNS: u64 = 7;
+const TURNS: u64 = 10;
 
 /// Slots without a fault before the set point changes.
 const QUIET: usize = 400;
