@@ -1,10 +1,12 @@
 //! The command line of the simulator: reads what is asked for, runs it, prints what came of it.
 
 mod args;
+mod fleet_command;
 mod mission_command;
 mod print;
 mod replay_command;
 mod study_command;
+mod watch_command;
 
 use std::io::{IsTerminal, Write};
 use std::path::Path;
@@ -31,6 +33,7 @@ fn main() -> ExitCode {
     let done = match cli.command {
         None => mission_command::run(&cli.mission),
         Some(Command::Replay(args)) => replay_command::run(&args),
+        Some(Command::Watch(args)) => watch_command::run(&args),
         Some(Command::Tune(args)) => tune(&args),
         Some(Command::Study(args)) => study_command::run(&args),
         Some(Command::Scenario) => print_all(monitor_sim::scenario::FIGURE_1_TOML),
