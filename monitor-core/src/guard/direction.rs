@@ -123,7 +123,7 @@ fn tolerance(powers: [f32; 3]) -> f32 {
 }
 
 /// Share of a deviation by which a fault need not fit it.
-const FITS_TO: f32 = 0.05;
+const FITS_TO: f32 = 0.1;
 
 /// Largest misfit that is no other fault: a chi-square of three exceeds it once in a thousand.
 const MISFIT_TO: f32 = 16.3;
