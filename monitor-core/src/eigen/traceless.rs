@@ -111,3 +111,55 @@ impl Traceless for Deviator {
         self.below
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Matrix3, Vector3};
+
+    /// Every integer from -2 to 2 in each of the places.
+    fn integers<const PLACES: usize>() -> impl Iterator<Item = [f32; PLACES]> {
+        (0..5_u32.pow(PLACES as u32))
+            .map(|k| core::array::from_fn(|place| (k / 5_u32.pow(place as u32) % 5) as f32 - 2.0))
+    }
+
+    /// On integers `f32` makes no error, so that each product is the definition's own.
+    fn check(matrix: &impl Traceless, diagonal: [f32; 3], [s10, s20, s21]: [f32; 3]) {
+        let [s00, s11, s22] = diagonal;
+        let full = Matrix3::new(s00, s10, s20, s10, s11, s21, s20, s21, s22);
+        let below = matrix.below();
+        assert_eq!((matrix.diagonal(), [below.s10, below.s20, below.s21]), (diagonal, [s10, s20, s21]));
+        assert_eq!(matrix.half_square(), 0.5 * full.norm_squared(), "{full}");
+        assert_eq!(matrix.determinant(), determinant(&full), "{full}");
+        assert_eq!(Vector3::from(matrix.times([2.0, -3.0, 7.0])), full * Vector3::new(2.0, -3.0, 7.0), "{full}");
+        for shift in [-3.0, 1.0, 2.0] {
+            let [[j00, j10, j20], [_, j11, j21], [_, _, j22]] = matrix.adjugate_less(shift);
+            let adjugate = Matrix3::new(j00, j10, j20, j10, j11, j21, j20, j21, j22);
+            let shifted = full - Matrix3::identity() * shift;
+            assert_eq!(shifted * adjugate, Matrix3::identity() * determinant(&shifted), "{full} less {shift}");
+        }
+    }
+
+    /// By the rule of Sarrus.
+    fn determinant(m: &Matrix3<f32>) -> f32 {
+        let diagonals = |step: usize| -> f32 {
+            (0..3).map(|k| (0..3).map(|row| m[(row, (k + step * row) % 3)]).product::<f32>()).sum()
+        };
+        diagonals(1) - diagonals(2)
+    }
+
+    #[test]
+    fn matrices_without_a_diagonal_have_the_invariants_products_and_adjugate_of_the_definitions() {
+        for below @ [s10, s20, s21] in integers() {
+            check(&Below { s10, s20, s21 }, [0.0; 3], below);
+        }
+    }
+
+    #[test]
+    fn deviators_have_the_invariants_products_and_adjugate_of_the_definitions() {
+        for [s00, s11, s10, s20, s21] in integers() {
+            let diagonal = [s00, s11, -s00 - s11];
+            check(&Deviator { diagonal, below: Below { s10, s20, s21 } }, diagonal, [s10, s20, s21]);
+        }
+    }
+}

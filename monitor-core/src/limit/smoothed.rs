@@ -91,6 +91,44 @@ mod tests {
         assert!((limit / exact - 1.0).abs() < 1e-3, "{limit} for {exact}");
     }
 
+    /// How often per sample the length of smoothed channels leaves through `level`: the density, the flux and the step of the
+    /// documentation above as products in `f64`, from the time constant in samples.
+    fn crossings(channels: u8, samples: f64, level: f64) -> f64 {
+        let step = (-2.0 * (-1.0 / samples).exp_m1()).sqrt();
+        let r = level + 0.582_6 * step;
+        let root = core::f64::consts::FRAC_2_PI.sqrt();
+        let (norm, inwards) = match channels {
+            1 => (root, 0.0),
+            2 => (r, 1.0 / r),
+            _ => (root * r * r, 2.0 / r),
+        };
+        norm * (-0.5 * r * r).exp() * (r - inwards) / samples
+    }
+
+    #[test]
+    fn a_limit_known_exactly_is_left_once_per_interval_by_the_flux_itself() {
+        for channels in 1..=3 {
+            for samples in [4.0_f32, 64.0, 3000.0] {
+                for interval in [1e5, 1e7, 1e10] {
+                    let limit = smoothed_t2_limit(&smoother(samples), channels, 1e9, interval).unwrap();
+                    let found = crossings(channels, samples.into(), f64::from(limit).sqrt()) * f64::from(interval);
+                    assert!((found - 1.0).abs() < 2e-3, "{channels}, {samples}, {interval:e}: {found} per interval");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_covariance_from_few_samples_widens_the_limit_as_the_closed_form_for_two_channels_does() {
+        // Tails: exp(-x/2) of the chi-square, (1 + 2 F/m)^(-m/2) of F(2, m).
+        let limit = |nu| f64::from(smoothed_t2_limit(&smoother(64.0), 2, nu, 1e6).unwrap());
+        let known = limit(1e9);
+        for nu in [11.0_f32, 12.0, 30.0, 1000.0] {
+            let exact = f64::from(nu) * (known / (f64::from(nu) - 1.0)).exp_m1();
+            assert!((limit(nu) / exact - 1.0).abs() < 1e-4, "{} for {exact} at {nu}", limit(nu));
+        }
+    }
+
     #[test]
     fn a_slow_smoother_or_a_short_interval_or_more_samples_lower_the_limit() {
         let limit = |samples, nu, interval| smoothed_t2_limit(&smoother(samples), 3, nu, interval).unwrap();
