@@ -33,5 +33,6 @@ pub mod mission;
 pub mod replay;
 pub mod tune;
 pub mod study;
+pub mod bench;
 pub mod mission_page;
 pub mod replay_page;
