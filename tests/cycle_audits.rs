@@ -69,6 +69,15 @@ fn judging_and_learning_take_one_path_each_whatever_the_samples_are() {
 }
 
 #[test]
+fn judging_and_learning_in_guard_mode_take_paths_that_only_the_count_decides() {
+    let proofs = cycle_audit::prove(kernels(), &inputs::guard(1, 200)).unwrap();
+    for label in [inputs::GUARD_MONITORING, inputs::GUARD_TURN, inputs::GUARD_SEEDING, inputs::GUARD_LEARNING] {
+        assert_eq!(proofs[label].faults(), Vec::<String>::new(), "{label}");
+        assert!(proofs[label].selects.len() > 3, "{label}: data was followed, and not lost");
+    }
+}
+
+#[test]
 fn an_answer_that_is_not_the_hosts_stops_the_audit() {
     let wrong = Question { request: Request::new(Kernel::Filter, &[1.0]), label: "filter", expected: Some(1) };
     let error = cycle_audit::observe(kernels(), &[wrong]).unwrap_err();

@@ -9,6 +9,8 @@ use monitor_core::{Config, Verdict};
 
 use crate::record;
 
+pub mod guard;
+
 /// Words of a request: the kernel, then its input.
 pub const REQUEST_WORDS: usize = 8;
 
@@ -39,6 +41,12 @@ kernels! {
     Step = "<monitor_core::monitor::Monitor>::slot",
     /// `Monitor::finish_learning`.
     FinishLearning = "audit_finish_learning",
+    /// `Guard::step_channels`, which every image calls in flash as this function; input: set point, three channels.
+    GuardStep = "<monitor_core::guard::Guard>::slot",
+    /// `Guard::finish_learning`: `Model::learn` of the window, and the model put in its place.
+    GuardFinishLearning = "audit_guard_finish_learning",
+    /// `Guard::finding`.
+    GuardFinding = "audit_guard_finding",
     /// `Moments::push`; input: three channels.
     Push = "audit_push",
     /// A new window for `Push`: no call.

@@ -3,51 +3,62 @@
 //! ```text
 //! sample ─ fit? ─ gate ─ deviation (1.7) ─┬─ fast   ─ T² ─┐
 //!            │                            ├─ middle ─ T² ─┼─ limits ─ raise, withdraw ─ verdict
-//!          losses                         └─ slow   ─ T² ─┘                  │
+//!          losses                         │    └─ trend ─┤                  │
+//!                                         └─ slow   ─ T² ─┘                  │
 //!                                              └─ estimate ─ directions ─ finding, size   (on request)
 //! ```
 #![doc = include_str!("../GUARD.md")]
 
-use core::hint::select_unpredictable;
-
-use crate::moments::{Clip, LearnError, Moments};
-use crate::sample::Sample;
+use crate::moments::{Clip, LearnError, Moments, Statistics};
+use crate::sample::{Channel, Sample};
 use crate::set_point::{Gate, GateState};
 use crate::units::RadPerSec;
 use crate::verdict::Absence;
 
 mod alarm;
+mod bank;
 mod design;
 mod direction;
+mod flag;
 mod judge;
+mod known;
 mod level;
 mod model;
+mod pair;
 mod sensor;
+mod stored;
 mod verdict;
 mod window;
 
 use alarm::{Alarm, Rules};
+use bank::Bank;
 pub use design::{Config, ConfigError, Design};
 pub use direction::{
     Cause, Direction, DirectionError, Directions, Explanation, Finding, MotorConstants, Noise, TOLERANCE_OF_CONSTANTS,
 };
-use judge::{Judge, Known};
+use flag::Flag;
+use judge::Judge;
+use known::Known;
 pub use model::{Model, Quality};
-use sensor::{Activity, Senses};
+use sensor::{Activity, ROUND, Senses};
+pub use stored::{RestoreError, Stored};
 pub use verdict::{Loss, Phase, Verdict};
 pub use window::Window;
 
-/// Time scales side by side: one sample or a few, the loop, drifts.
-pub const SCALES: usize = 3;
+/// Time scales side by side: a sample or a few, the loop, drifts, trends.
+pub const SCALES: usize = 4;
 
-/// Set points whose models are kept.
-const BANK: usize = 4;
+/// Place of the slowest, which is judged once in a period.
+const TREND: usize = SCALES - 1;
 
 /// Slots in a row without a sample that are a gap: as long as a sensor may say nothing.
 const GAP: u32 = 16;
 
 /// Sigmas of the first seeding window at which the second is clipped.
 const SEED_CLIP_SIGMAS: f32 = 4.0;
+
+/// How far the mean may move from the first seeding window to the second: further, and the loop has not settled.
+const SETTLED_TO_SIGMAS: f32 = 2.0;
 
 /// A window, and the activity of each channel while it was gathered.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,37 +89,15 @@ pub struct Guard {
     rules: Rules,
     senses: Senses,
     stage: Stage,
+    /// Samples taken: they say whose turn it is, and nothing else writes them.
+    count: u32,
     /// Slots in a row that had no sample.
     gap: u32,
     bank: Bank,
     quality: Quality,
     refused: Option<LearnError>,
-}
-
-/// Models of set points that were learned.
-#[derive(Clone, Debug, Default)]
-struct Bank {
-    entries: [Option<(f32, Known)>; BANK],
-    next: usize,
-}
-
-impl Bank {
-    fn recall(&self, set_point: f32, holds: impl Fn(f32) -> bool) -> Option<Known> {
-        let near = self.entries.iter().flatten().filter(|(at, _)| holds(*at));
-        near.min_by(|(a, _), (b, _)| (a - set_point).abs().total_cmp(&(b - set_point).abs())).map(|(_, known)| *known)
-    }
-
-    /// Keeps a model; of another set point when there is no room, the one that was first kept goes.
-    fn keep(&mut self, set_point: f32, known: Known) {
-        let same = self.entries.iter().position(|entry| entry.is_some_and(|(at, _)| (at - set_point).abs() <= 0.0));
-        let place = same.unwrap_or(self.next);
-        if let Some(entry) = self.entries.get_mut(place) {
-            *entry = Some((set_point, known));
-        }
-        if same.is_none() {
-            self.next = (self.next + 1) % BANK;
-        }
-    }
+    /// Whether the motor was said to be healthy at this set point, whatever its neighbours make expect.
+    trusted: bool,
 }
 
 impl Guard {
@@ -118,18 +107,20 @@ impl Guard {
     /// [`ConfigError`] names the setting that is out of range.
     pub fn new(config: &Config) -> Result<Self, ConfigError> {
         let design = Design::new(config)?;
-        let [_, middle, _] = design.scales;
+        let [_, middle, ..] = design.scales;
         Ok(Guard {
             verdict: Verdict { sample: u64::MAX, ..Verdict::default() }, // the first sample has index zero
             gate: design.gate.unknown(),
-            rules: Rules::new(design.clear_hold, &middle),
+            rules: Rules::new(design.clear_hold, design.gate.settle_samples(), &middle),
             design,
-            senses: Senses::default(),
+            senses: Senses::NONE,
             stage: Stage::Settling(None),
+            count: 0,
             gap: 0,
             bank: Bank::default(),
             quality: Quality::default(),
             refused: None,
+            trusted: false,
         })
     }
 
@@ -151,17 +142,17 @@ impl Guard {
 
     #[inline(never)]
     fn slot(&mut self, set_point: f32, a: f32, b: f32, c: f32) -> &Verdict {
-        let x = [a, b, c];
         self.gap = 0;
         self.verdict.sample = self.verdict.sample.wrapping_add(1);
-        self.verdict.readings = x;
+        self.verdict.readings = [a, b, c];
         if let Stage::Judging(judge) = &mut self.stage
             && self.design.gate.holds(&self.gate, set_point)
         {
-            judge.step(&self.design, &self.rules, x, &mut self.verdict);
+            judge.step(&self.design, &self.rules, self.count, &mut self.verdict);
         } else {
-            self.before_judging(set_point, x);
+            self.before_judging(set_point);
         }
+        self.count = self.count.wrapping_add(1);
         &self.verdict
     }
 
@@ -184,34 +175,44 @@ impl Guard {
     /// A sample that no model judges.
     #[cold]
     #[inline(never)]
-    fn before_judging(&mut self, set_point: f32, x: [f32; 3]) {
-        let fit = x.map(measurable);
-        let held = !fit.iter().fold(true, |all, fit| all & fit);
+    fn before_judging(&mut self, set_point: f32) {
+        let x = self.verdict.readings;
+        let held = x.iter().fold(Flag::new(false), |held, x| held | Flag::unfit(*x));
         if !set_point.is_finite() {
             self.verdict.standing = self.verdict.standing.without_set_point();
             return;
         }
-        self.senses.step(fit, x);
-        self.verdict.standing = self.verdict.standing.unjudged(held);
+        let turn = (self.count % ROUND) as usize;
+        if let Some(x) = x.get(turn) {
+            self.senses.begin(turn, *x);
+            self.senses.step(turn, *x);
+        }
+        self.verdict.standing = self.verdict.standing.unjudged(held.is_set());
+        let from = self.gate.reference();
         match self.design.gate.step(&mut self.gate, set_point) {
-            Gate::Changed => self.set_point_changed(set_point),
+            Gate::Changed => self.set_point_changed(from, set_point),
             Gate::Settling => {}
-            Gate::Open => self.open(held, x),
+            Gate::Open => self.open(held.is_set(), x),
         }
         self.gather(held, x);
         self.verdict.phase = self.phase();
+        if let Stage::Judging(_) = self.stage {
+            self.verdict.standing = self.verdict.standing.settling();
+        }
     }
 
-    /// The set point has moved: its model is recalled if it was learned, and else it will be, unless a fault is suspected.
-    fn set_point_changed(&mut self, set_point: f32) {
+    /// The set point has moved: what was known of it is recalled, or else it will be learned, unless a fault is suspected. What
+    /// has become known of the one before is kept.
+    fn set_point_changed(&mut self, from: f32, set_point: f32) {
         let suspected = self.verdict.standing.alarm();
+        self.trusted = false;
         if let Stage::Judging(judge) = &self.stage {
             self.senses = judge.senses;
+            self.bank.keep(&self.design.gate, from, &judge.known);
         }
-        let tolerance_holds = |at: f32| self.design.gate.holds(&self.design.gate.open_at(at), set_point);
-        self.stage = if let Some(known) = self.bank.recall(set_point, tolerance_holds) {
+        self.stage = if let Some(known) = self.bank.recall(&self.design.gate, set_point) {
             self.gate = self.design.gate.open_at(set_point);
-            Stage::Judging(Judge::new(known, Alarm::recovering(&self.rules), self.senses, &self.design))
+            Stage::Judging(Judge::new(*known, Alarm::settling(&self.rules), self.senses, &self.design))
         } else if suspected {
             Stage::Withheld
         } else {
@@ -229,32 +230,58 @@ impl Guard {
     }
 
     /// Lets a phase before judging take its sample, and go over into the next.
-    fn gather(&mut self, held: bool, x: [f32; 3]) {
+    fn gather(&mut self, held: Flag, x: [f32; 3]) {
         let design = &self.design;
         match &mut self.stage {
-            Stage::Settling(mean) if !held => {
+            Stage::Settling(mean) if !held.is_set() => {
                 let before = mean.unwrap_or(x);
                 let [d0, d1, d2] = difference(x, before).map(|d| d * 0.0625); // over the last sixteen or so
                 let [m0, m1, m2] = before;
                 *mean = Some([m0 + d0, m1 + d1, m2 + d2]);
             }
             Stage::Seeding(moments, clip) => {
-                moments.push_unless(held, clip.map_or(x, |clip| clip.apply(x).0));
+                moments.push_unless(held.is_set(), clip.map_or(x, |clip| clip.apply(x).0));
                 if moments.slots() >= design.seed_slots {
-                    self.stage = seeded(moments, clip.is_some(), design).unwrap_or_else(|error| {
-                        self.refused = Some(error);
-                        Stage::Seeding(Moments::around(moments.shift()), None)
-                    });
+                    self.seeded();
                 }
             }
             Stage::Learning(learned) => {
                 learned.window.push(design, held, x);
-                learned.activity.push(&self.senses);
+                learned.activity.push(&self.senses, self.count);
                 if learned.window.slots >= design.learn_slots {
                     self.stage = Stage::ModelDue(*learned);
                 }
             }
             _ => {}
+        }
+    }
+
+    /// Goes over into what follows a seeding window: the second one, clipped by the first, or the learning window. Begins again if
+    /// the loop has not settled. If the mean is one that the set point's neighbours do not make expect, that is an alarm, and
+    /// nothing is learned.
+    #[inline(never)]
+    fn seeded(&mut self) {
+        let Stage::Seeding(moments, clip) = &self.stage else { return };
+        let (second, around) = (clip.is_some(), moments.shift());
+        let seed = moments.statistics().map(|seed| self.design.floored(&seed, 1.0));
+        let neighbours = (!self.trusted).then_some((&self.bank, self.gate.reference()));
+        match seed.and_then(|seed| if second { settled(&seed, around, neighbours).map(|()| seed) } else { Ok(seed) }) {
+            Ok(seed) if second => {
+                self.stage = Stage::Learning(Learned { window: Window::after(&seed), activity: Activity::NONE });
+            }
+            Ok(seed) => {
+                self.stage = Stage::Seeding(Moments::around(seed.mean.into()), Some(Clip::at(&seed, SEED_CLIP_SIGMAS)));
+            }
+            Err(error) => {
+                self.refused = Some(error);
+                if let LearnError::Unexpected(_) = error {
+                    self.verdict.standing = self.verdict.standing.raised();
+                    self.verdict.alarm_since = self.verdict.sample;
+                    self.stage = Stage::Withheld;
+                } else {
+                    self.stage = Stage::Seeding(Moments::around(around), None);
+                }
+            }
         }
     }
 
@@ -274,7 +301,7 @@ impl Guard {
         match model {
             Ok((model, quality)) => {
                 let known = Known::new(model, learned.activity.stuck_below(), self.design.learn_slots);
-                self.bank.keep(self.gate.reference(), known);
+                self.bank.keep(&self.design.gate, self.gate.reference(), &known);
                 self.stage = Stage::Judging(Judge::new(known, Alarm::default(), self.senses, &self.design));
                 (self.quality, self.refused) = (quality, None);
             }
@@ -314,6 +341,31 @@ impl Guard {
         }
     }
 
+    /// What is known of each set point, to be kept where it outlives a loss of power. Outside the sampling interrupt, from a copy of
+    /// the monitor.
+    pub fn stored(&self) -> impl Iterator<Item = Stored> + '_ {
+        let here = match &self.stage {
+            Stage::Judging(judge) => self.bank.recall(&self.design.gate, self.gate.reference()).zip(Some(&judge.known)),
+            _ => None,
+        };
+        self.bank.iter().map(move |(set_point, known)| {
+            // What is judged by has become sharper since it was recalled.
+            let newest = here.filter(|(here, _)| core::ptr::eq(*here, known)).map_or(known, |(_, newest)| newest);
+            Stored::of(&self.design, *set_point, newest)
+        })
+    }
+
+    /// Takes in what was known of a set point: when that is reached next, it is judged by it. Before the first sample, a monitor
+    /// is ready as soon as the loop has settled.
+    ///
+    /// # Errors
+    /// [`RestoreError`] when it was learned under other settings; then nothing has changed.
+    pub fn restore(&mut self, stored: &Stored) -> Result<(), RestoreError> {
+        let (set_point, known) = stored.restored(&self.design)?;
+        self.bank.keep(&self.design.gate, set_point, &known);
+        Ok(())
+    }
+
     /// Limit of the distance at each time scale, as sharp as it is by now.
     #[must_use]
     pub fn limits(&self) -> Option<[f32; SCALES]> {
@@ -341,10 +393,11 @@ impl Guard {
         &self.verdict
     }
 
-    /// Withdraws an alarm that is latched, or that stood when an unknown set point was reached: then the motor is taken for
+    /// Withdraws an alarm that is latched, or by which nothing is learned at an unknown set point: then the motor is taken for
     /// healthy and learned. If the fault still stands at a known one, it is raised again.
     pub fn acknowledge(&mut self) {
         self.verdict.standing = self.verdict.standing.without_alarm();
+        self.trusted = true;
         if let Stage::Withheld = self.stage {
             self.stage = Stage::Settling(None);
             self.verdict.phase = self.phase();
@@ -353,9 +406,9 @@ impl Guard {
 
     /// Estimate of the deviation from healthy, each channel in its unit; none while nothing is judged.
     #[must_use]
-    pub const fn deviation(&self) -> Option<[f32; 3]> {
+    pub fn deviation(&self) -> Option<[f32; 3]> {
         match &self.stage {
-            Stage::Judging(judge) => Some(judge.estimate),
+            Stage::Judging(judge) => Some(judge.located(&self.design, &self.verdict.severity).0),
             _ => None,
         }
     }
@@ -364,14 +417,15 @@ impl Guard {
     /// sampling interrupt, from a copy of the monitor.
     #[must_use]
     pub fn finding(&self, directions: &Directions) -> Finding {
-        let Stage::Judging(judge) = &self.stage else { return Finding::Healthy };
         if !self.verdict.deviates() {
             return Finding::Healthy;
         }
+        let Stage::Judging(judge) = &self.stage else { return Finding::Locating };
         if !self.verdict.settled() {
             return Finding::Locating;
         }
-        match directions.explain(judge.estimate, &judge.noise(&self.design)) {
+        let (deviation, noise) = judge.located(&self.design, &self.verdict.severity);
+        match directions.explain(deviation, &noise) {
             Finding::Unknown if judge.is_young(&self.design) => Finding::Locating,
             finding => finding,
         }
@@ -389,14 +443,16 @@ impl Guard {
     }
 }
 
-/// What follows a seeding window: the second one, clipped by the first, or the learning window.
-fn seeded(moments: &Moments<3>, second: bool, design: &Design) -> Result<Stage, LearnError> {
-    let seed = design.floored(&moments.statistics()?, 1.0);
-    Ok(if second {
-        Stage::Learning(Learned { window: Window::after(&seed), activity: Activity::NONE })
-    } else {
-        Stage::Seeding(Moments::around(seed.mean.into()), Some(Clip::at(&seed, SEED_CLIP_SIGMAS)))
-    })
+/// Whether the second seeding window says that the loop has settled: its mean is that of the first, and one that the set
+/// point's neighbours make expect.
+fn settled(seed: &Statistics<3>, before: [f32; 3], neighbours: Option<(&Bank, f32)>) -> Result<(), LearnError> {
+    let (mean, sigma): ([f32; 3], [f32; 3]) = (seed.mean.into(), seed.sigma().into());
+    for (position, (moved, sigma)) in difference(mean, before).into_iter().zip(sigma).enumerate() {
+        if moved.abs() > SETTLED_TO_SIGMAS * sigma {
+            return Err(LearnError::Drifting(Channel::at(position)));
+        }
+    }
+    neighbours.map_or(Ok(()), |(bank, set_point)| bank.expects(set_point, mean))
 }
 
 /// a - b.
@@ -405,22 +461,10 @@ fn difference([a, b, c]: [f32; 3], [x, y, z]: [f32; 3]) -> [f32; 3] {
     [a - x, b - y, c - z]
 }
 
-/// The lesser of two numbers, or the bound: no branch, and a third of the instructions of `f32::min`, which cares for NaN.
+/// An exponential smoother's next value.
 #[inline(always)]
-fn at_most(x: f32, bound: f32) -> f32 {
-    select_unpredictable(x < bound, x, bound)
-}
-
-/// The greater of two numbers, or the bound.
-#[inline(always)]
-fn at_least(x: f32, bound: f32) -> f32 {
-    select_unpredictable(x > bound, x, bound)
-}
-
-/// Whether a reading is a number.
-#[inline(always)]
-const fn measurable(x: f32) -> bool {
-    x.abs() <= f32::MAX
+fn smoothed([a, b, c]: [f32; 3], weight: f32, [x, y, z]: [f32; 3]) -> [f32; 3] {
+    [a + weight * (x - a), b + weight * (y - b), c + weight * (z - c)]
 }
 
 #[cfg(test)]

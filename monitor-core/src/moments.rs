@@ -47,6 +47,8 @@ pub enum LearnError {
     /// This channel's mean moved from the first half of the window to the second: the motor had not settled, or something
     /// is going on.
     Drifting(Channel),
+    /// This channel's mean is not what those of the set point's neighbours make expect: something may be wrong.
+    Unexpected(Channel),
     /// The window has no PCA.
     Pca(PcaError),
 }

@@ -56,6 +56,11 @@ impl SetPointGate {
         Ok(SetPointGate { tolerance, settle_samples })
     }
 
+    /// The settling time, in samples.
+    pub(crate) const fn settle_samples(&self) -> u32 {
+        self.settle_samples
+    }
+
     /// The state of a gate that has seen nothing: its first sample sets the reference and starts the settling time.
     #[must_use]
     pub const fn unknown(&self) -> GateState {
@@ -74,7 +79,13 @@ impl SetPointGate {
     #[must_use]
     pub fn holds(&self, state: &GateState, set_point: f32) -> bool {
         // A set point that creeps is compared with the reference it left, so a slow ramp cannot pass unseen.
-        (set_point - state.reference).abs() <= self.tolerance
+        self.tolerates((set_point - state.reference).abs())
+    }
+
+    /// Whether a set point that is so far from another is not a different one.
+    #[inline(always)]
+    pub(crate) fn tolerates(&self, distance: f32) -> bool {
+        distance <= self.tolerance
     }
 
     /// Takes the set point of one sample. The caller has checked that it is finite.

@@ -62,6 +62,28 @@ impl<const N: usize> Triangle<N> {
     }
 }
 
+/// A triangle without the zeros below its diagonal, for keeping.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Packed([f32; 6]);
+
+impl Packed {
+    #[inline(always)]
+    pub(crate) const fn of(triangle: &Triangle<3>) -> Self {
+        let Triangle([[a, b, c], [_, d, e], [_, _, f]]) = *triangle;
+        Packed([a, b, c, d, e, f])
+    }
+
+    pub(crate) const fn cells(&mut self) -> &mut [f32; 6] {
+        &mut self.0
+    }
+
+    #[inline(always)]
+    pub(crate) const fn unpacked(&self) -> Triangle<3> {
+        let Packed([a, b, c, d, e, f]) = *self;
+        Triangle([[a, b, c], [0.0, d, e], [0.0, 0.0, f]])
+    }
+}
+
 /// |v|^2.
 #[inline(always)]
 pub(crate) fn square<const N: usize>(v: [f32; N]) -> f32 {

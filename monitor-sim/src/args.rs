@@ -2,6 +2,7 @@
 
 pub(crate) mod bench;
 pub(crate) mod study;
+pub(crate) mod watch;
 
 use std::path::PathBuf;
 
@@ -20,6 +21,7 @@ Examples:
   monitor-sim --scenario my.toml --out DIR    a mission of your own
   monitor-sim --json | jq .faults             the tables for machines
   monitor-sim scenario > my.toml              a scenario to edit
+  monitor-sim watch --pace 5                  look on while a mission is flown
   monitor-sim tune --out limits.toml          find the paper's thresholds by borderline runs
   monitor-sim study false-alarms --hours 10   count false alarms over random motors
   monitor-sim replay log.csv --speed rpm --current amps --voltage volts \\
@@ -40,13 +42,17 @@ Examples:
       --channel flow=Flow --rate-hz 1 --learn 0..400
   monitor-sim replay log.csv ... --inject current:+0.5@800 --inject speed:ramp+2@1200..1600
       an offset from row 800 on and a ramp over rows 1200 to 1599, added to a healthy log
+  monitor-sim replay logs/ last.parquet --speed rpm --current amps --voltage volts \\
+      --rate-hz 50 --learn 5s..20s --out fleet
+      a fleet: each log judged as it would be alone, a row of fleet/summary.csv and .parquet each
   monitor-sim replay log.csv ... --mode paper
   monitor-sim replay next.csv ... --mode paper --baseline monitor-out/baseline.toml
       judge another log by what was learned from the first
 
 Rows count from 0 (the first row under the header). Rows before and inside the learning
 window are not judged.
-Exit codes: 0 no fault, 1 a fault was reported, 2 wrong input.";
+Exit codes: 0 no fault, 1 a fault was reported, 2 wrong input (of several logs: one of them at
+least; the others are judged nevertheless).";
 
 const TUNE_EXAMPLES: &str = "\
 Examples:
@@ -77,7 +83,23 @@ pub(crate) struct Cli {
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Replay a recorded log: learn over a window, judge the rest
+    #[command(mut_arg("speed", |arg| arg.required_unless_present("channel")))]
+    #[command(mut_arg("rate_hz", |arg| arg.required(true)))]
+    #[command(mut_arg("learn", |arg| arg.required_unless_present("baseline")))]
     Replay(Box<ReplayArgs>),
+    /// Watch a mission or a log in the terminal while it is judged
+    #[command(after_help = watch::EXAMPLES)]
+    #[command(mut_arg("speed", |arg| arg.requires("log")))]
+    #[command(mut_arg("channel", |arg| arg.requires("log")))]
+    #[command(mut_arg("set_point", |arg| arg.requires("log")))]
+    #[command(mut_arg("rate_hz", |arg| arg.requires("log")))]
+    #[command(mut_arg("learn", |arg| arg.requires("log")))]
+    #[command(mut_arg("inject", |arg| arg.requires("log")))]
+    #[command(mut_arg("settle", |arg| arg.requires("log")))]
+    #[command(mut_arg("set_point_tolerance", |arg| arg.requires("log")))]
+    #[command(mut_arg("resistance", |arg| arg.requires("log")))]
+    #[command(mut_arg("delimiter", |arg| arg.requires("log")))]
+    Watch(Box<watch::WatchArgs>),
     /// Find thresholds for a motor by borderline fault-free and faulty runs
     #[command(after_help = TUNE_EXAMPLES)]
     Tune(TuneArgs),
@@ -128,14 +150,11 @@ pub(crate) struct MissionArgs {
     pub(crate) json: bool,
 }
 
+/// A recorded log, and how it is judged: what `replay` and `watch` have in common.
 #[derive(Debug, Args)]
-#[command(after_help = REPLAY_EXAMPLES)]
-pub(crate) struct ReplayArgs {
-    /// The log: comma, semicolon or tab separated
-    #[arg(value_name = "LOG.csv")]
-    pub(crate) log: PathBuf,
+pub(crate) struct LogArgs {
     /// Column of the shaft speed: header name, or number from 1
-    #[arg(long, value_name = "COL", allow_negative_numbers = true, requires_all = ["current", "voltage"], required_unless_present = "channel")]
+    #[arg(long, value_name = "COL", allow_negative_numbers = true, requires_all = ["current", "voltage"])]
     pub(crate) speed: Option<ColumnRef>,
     /// Column of the armature current
     #[arg(long, value_name = "COL", allow_negative_numbers = true, requires = "speed")]
@@ -151,39 +170,20 @@ pub(crate) struct ReplayArgs {
     pub(crate) set_point: Option<ColumnRef>,
     /// Rows per second
     #[arg(long, value_name = "R", allow_negative_numbers = true)]
-    pub(crate) rate_hz: f64,
+    pub(crate) rate_hz: Option<f64>,
     /// Where to learn what healthy means: rows A..B, or seconds As..Bs. In guard mode the first two tenths of the window seed
     /// the clip of spikes, and the rest is learned from
-    #[arg(long, value_name = "A..B", allow_hyphen_values = true, required_unless_present = "baseline")]
+    #[arg(long, value_name = "A..B", allow_hyphen_values = true)]
     pub(crate) learn: Option<RowWindow>,
-    /// With --mode paper: judge from the first row by a baseline that an earlier replay wrote (baseline.toml), instead of
-    /// learning
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["learn", "margin", "limits", "cutoff_hz"])]
-    pub(crate) baseline: Option<PathBuf>,
-    /// When the set point of --learn returns, judge by what was learned there instead of learning anew; guard mode always does
-    #[arg(long)]
-    pub(crate) recall: bool,
     /// Add a fault to a channel: CHANNEL:+V@ROW, CHANNEL:ramp+V@ROW..ROW, CHANNEL:xG@ROW
     #[arg(long, value_name = "FAULT")]
     pub(crate) inject: Vec<Injection>,
     /// Settling time after a change of the set point, s
     #[arg(long, value_name = "S", default_value_t = 5.0, allow_negative_numbers = true)]
     pub(crate) settle: f64,
-    /// With --mode paper: learning time after a change of the set point, s; the length of --learn if none
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
-    pub(crate) relearn: Option<f64>,
     /// Movement of the set point that is not a change, in its unit
     #[arg(long, value_name = "X", default_value_t = 0.0, allow_negative_numbers = true)]
     pub(crate) set_point_tolerance: f64,
-    /// With --mode paper: cutoff of the residuals' low-pass, Hz; 1, or a twentieth of the rate if that is less, if none
-    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
-    pub(crate) cutoff_hz: Option<f64>,
-    /// With --mode paper: threshold over the largest residual of the learning window; 1.5 if none
-    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = positive)]
-    pub(crate) margin: Option<f64>,
-    /// With --mode paper: thresholds file, as `tune` writes it, instead of limits from the learning window
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["margin", "cutoff_hz"])]
-    pub(crate) limits: Option<PathBuf>,
     /// In guard mode: false alarms that are tolerable per hour; 0.01 if none
     #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = positive)]
     pub(crate) false_alarms_per_hour: Option<f64>,
@@ -196,16 +196,46 @@ pub(crate) struct ReplayArgs {
     /// In guard mode: how much the load torque grows with speed at the set point, N m s/rad; 0 if it does not
     #[arg(long, value_name = "NMS", allow_negative_numbers = true, value_parser = not_negative, requires = "resistance")]
     pub(crate) load_slope: Option<f64>,
-    /// Write no trace: it is larger than the log
-    #[arg(long)]
-    pub(crate) no_trace: bool,
     /// What separates the columns: `,` `;` `tab`; found by itself if none
     #[arg(long, value_name = "CHAR")]
     pub(crate) delimiter: Option<Delimiter>,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = REPLAY_EXAMPLES)]
+pub(crate) struct ReplayArgs {
+    /// The log: comma, semicolon or tab separated, or Parquet. Several, or a directory with logs below it: one summary of all
+    /// of them, summary.csv and summary.parquet
+    #[arg(value_name = "LOG.csv", required = true)]
+    pub(crate) logs: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) how: LogArgs,
+    /// With --mode paper: judge from the first row by a baseline that an earlier replay wrote (baseline.toml), instead of
+    /// learning
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["learn", "margin", "limits", "cutoff_hz"])]
+    pub(crate) baseline: Option<PathBuf>,
+    /// When the set point of --learn returns, judge by what was learned there instead of learning anew; guard mode always does
+    #[arg(long)]
+    pub(crate) recall: bool,
+    /// With --mode paper: learning time after a change of the set point, s; the length of --learn if none
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pub(crate) relearn: Option<f64>,
+    /// With --mode paper: cutoff of the residuals' low-pass, Hz; 1, or a twentieth of the rate if that is less, if none
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
+    pub(crate) cutoff_hz: Option<f64>,
+    /// With --mode paper: threshold over the largest residual of the learning window; 1.5 if none
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = positive)]
+    pub(crate) margin: Option<f64>,
+    /// With --mode paper: thresholds file, as `tune` writes it, instead of limits from the learning window
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["margin", "cutoff_hz"])]
+    pub(crate) limits: Option<PathBuf>,
+    /// Write no trace: it is larger than the log; of several logs none is written
+    #[arg(long)]
+    pub(crate) no_trace: bool,
     /// Which monitor judges
     #[arg(long, value_enum, default_value_t = Mode::Guard)]
     pub(crate) mode: Mode,
-    /// Directory for the page and the trace
+    /// Directory for the page and the trace, or for the summary of several logs
     #[arg(long, value_name = "DIR", default_value = "monitor-out")]
     pub(crate) out: PathBuf,
     /// Print one JSON document instead of tables

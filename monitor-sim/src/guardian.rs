@@ -1,7 +1,7 @@
 //! The monitor in `guard` mode with what its user tells it, as the mission, the replay and the studies drive it.
 
 use monitor_core::guard::{
-    Config, ConfigError, Directions, Explanation, Finding, Guard, MotorConstants, Phase, Verdict,
+    Config, ConfigError, Directions, Explanation, Finding, Guard, MotorConstants, Phase, SCALES, Verdict,
 };
 use monitor_core::moments::{LearnError, Moments};
 use monitor_core::verdict::Absence;
@@ -44,7 +44,7 @@ pub struct Found {
 pub struct Size {
     /// The size, in its unit.
     pub value: f64,
-    /// Its standard deviation by noise.
+    /// Its standard deviation, by noise and by what the constants are uncertain.
     pub sigma: f64,
     /// The unit of both.
     pub unit: &'static str,
@@ -125,8 +125,12 @@ fn found(finding: &Finding) -> Option<Found> {
     }
 }
 
-/// Least of each time constant, in samples: what is faster does not average, and slower sensors need the rest as well.
-const LEAST_SAMPLES: [f64; 3] = [1.0, 16.0, 250.0];
+/// What the time scales are called, the quickest first.
+pub const SCALE_NAMES: [&str; SCALES] = ["fast", "middle", "slow", "trend"];
+
+/// Least of each time constant, in samples: what is faster does not average, and slower sensors need the rest as well. The last
+/// takes a sample in 64.
+const LEAST_SAMPLES: [f64; SCALES] = [1.0, 16.0, 250.0, 500.0];
 
 /// How many middle time constants a learning window must hold (the core's rule), and how many slow ones are enough that its
 /// metric has been seen: at the default rate and window there are seven.
@@ -146,18 +150,19 @@ const CLEAR_HOLD_SAMPLES: f64 = 4.0;
 #[must_use]
 pub fn settings(rate_hz: f64, false_alarms_per_hour: f64, settle_s: f64, seed_s: f64, learn_s: f64) -> Config {
     let usual = Config::at_rate(rate_hz as f32);
-    let [fast, middle, slow] = usual.time_constants_s.map(f64::from);
-    let [least_fast, least_middle, least_slow] = LEAST_SAMPLES.map(|samples| samples / rate_hz);
+    let [fast, middle, slow, trend] = usual.time_constants_s.map(f64::from);
+    let [least_fast, least_middle, least_slow, least_trend] = LEAST_SAMPLES.map(|samples| samples / rate_hz);
     // A little less, so that a window of exactly so many still holds them when both are rounded to f32.
     let middle = middle.max(least_middle).min(learn_s / MIDDLES_IN_WINDOW * (1.0 - 1e-6));
     let fast = fast.max(least_fast).min(middle);
     let slow = slow.max(least_slow).min(learn_s / SLOWS_IN_WINDOW).max(middle);
+    let trend = trend.max(least_trend).max(slow);
     Config {
         false_alarms_per_hour: false_alarms_per_hour as f32,
         settle_s: settle_s as f32,
         seed_s: whole_samples(seed_s, rate_hz),
         learn_s: whole_samples(learn_s, rate_hz),
-        time_constants_s: [fast, middle, slow].map(|time| time as f32),
+        time_constants_s: [fast, middle, slow, trend].map(|time| time as f32),
         memory_s: usual.memory_s.max((MEMORY_IN_WINDOWS * learn_s) as f32),
         clear_hold_s: usual.clear_hold_s.max((CLEAR_HOLD_SAMPLES / rate_hz) as f32),
         ..usual

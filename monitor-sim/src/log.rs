@@ -1,7 +1,7 @@
-//! Reads chosen columns of a recorded log (CSV), one row at a time.
+//! Reads chosen columns of a recorded log (CSV, or Parquet), one row at a time.
 //!
-//! The reader finds out by itself how the file is written: delimiter, header, byte-order mark, line
-//! ends. It holds one row and one read buffer, however long the log is.
+//! The reader of text finds out by itself how the file is written: delimiter, header, byte-order mark,
+//! line ends. It holds one row and one read buffer, however long the log is.
 //!
 //! It leaves out: decimal commas, thousands separators, time stamps, comment lines, line ends that
 //! are a lone carriage return. A quoted field may hold the delimiter; only in the header may it run
@@ -19,13 +19,19 @@ use std::str::FromStr;
 use csv::ByteRecord;
 use thiserror::Error;
 
+mod any;
 mod error;
 mod layout;
+#[cfg(feature = "parquet")]
+mod parquet;
 
+pub use any::Log;
 pub use error::LogError;
 pub(crate) use error::{not_a_number, open_error};
 use layout::{Layout, Selection, Source, csv_format, is_blank, line_ends};
 pub(crate) use layout::{decode, find_column, parse_value, sniff_delimiter};
+#[cfg(feature = "parquet")]
+pub use parquet::ParquetLog;
 
 /// The read buffer. Between 8 KiB and 256 KiB the speed is the same; 64 KiB keeps the calls few.
 const BUFFER_BYTES: usize = 64 * 1024;

@@ -2,10 +2,12 @@
 
 mod args;
 mod bench_command;
+mod fleet_command;
 mod mission_command;
 mod print;
 mod replay_command;
 mod study_command;
+mod watch_command;
 
 use std::io::{IsTerminal, Write};
 use std::path::Path;
@@ -32,6 +34,7 @@ fn main() -> ExitCode {
     let done = match cli.command {
         None => mission_command::run(&cli.mission),
         Some(Command::Replay(args)) => replay_command::run(&args),
+        Some(Command::Watch(args)) => watch_command::run(&args),
         Some(Command::Tune(args)) => tune(&args),
         Some(Command::Study(args)) => study_command::run(&args),
         Some(Command::Bench(args)) => bench_command::run(&args),

@@ -217,6 +217,10 @@ impl ChannelNames {
                  the motor has settled and runs undisturbed",
                 self.of(channel)
             ),
+            LearnError::Unexpected(channel) => format!(
+                "the mean of '{}' is not what the neighbouring set points make expect: a fault may stand",
+                self.of(channel)
+            ),
             _ => format!("the learning window has no principal components ({error:?})"),
         }
     }

@@ -1,5 +1,6 @@
 //! Results for people at a terminal.
 
+pub(crate) mod fleet;
 pub(crate) mod guard;
 
 use std::fmt::Write as _;

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use crate::inject::{InjectError, Injection, ResolvedInjection};
-use crate::log::{ColumnRef, LogError, LogOptions, LogReader, TruncatedTail};
+use crate::log::{ColumnRef, Log, LogError, LogOptions, TruncatedTail};
 use crate::names::ChannelNames;
 use crate::output::OutputError;
 use crate::record::PhaseCounts;
@@ -114,10 +114,10 @@ impl Source {
         Ok(self.injections.iter().map(|injection| injection.resolve(&known)).collect::<Result<_, _>>()?)
     }
 
-    fn open(&self) -> Result<LogReader, LogError> {
+    fn open(&self) -> Result<Log, LogError> {
         let mut columns = self.channels.to_vec();
         columns.extend(self.set_point.iter().map(|column| ("set point".to_owned(), column.clone())));
-        LogReader::open(&self.path, &columns, self.log)
+        Log::open(&self.path, &columns, self.log)
     }
 }
 
@@ -139,7 +139,7 @@ impl Reading {
     }
 }
 
-fn next_reading(log: &mut LogReader, injections: &[ResolvedInjection]) -> Result<Option<Reading>, LogError> {
+fn next_reading(log: &mut Log, injections: &[ResolvedInjection]) -> Result<Option<Reading>, LogError> {
     let Some(row) = log.next_row()? else { return Ok(None) };
     let (index, values) = (row.row, row.values);
     // Three channels, and the set point behind them where there is one.
@@ -174,7 +174,7 @@ fn coverage(PhaseCounts { settling, learning, monitoring }: PhaseCounts) -> Stri
     )
 }
 
-fn notes(log: &LogReader, rows: u64, judged: u64) -> Vec<String> {
+fn notes(log: &Log, rows: u64, judged: u64) -> Vec<String> {
     let mut notes = Vec::new();
     if judged == 0 {
         notes

@@ -1,5 +1,6 @@
-//! `monitor-sim replay`: judges a recorded log.
+//! `monitor-sim replay`: judges a recorded log; several are a fleet.
 
+use std::path::Path;
 use std::process::ExitCode;
 
 use monitor_core::guard::MotorConstants;
@@ -12,21 +13,24 @@ use monitor_sim::replay_page;
 use monitor_sim::settings::PaperSettings;
 use monitor_sim::trace::TraceWriter;
 
-use crate::args::{Mode, ReplayArgs};
+use crate::args::{LogArgs, Mode, ReplayArgs};
 use crate::{
-    FALSE_ALARMS_PER_HOUR, Failure, json, only_in_guard_mode, only_in_paper_mode, parsed, print, print_all, progress,
-    settings,
+    FALSE_ALARMS_PER_HOUR, Failure, fleet_command, json, only_in_guard_mode, only_in_paper_mode, parsed, print,
+    print_all, progress, settings,
 };
 
-/// Replays a log.
+/// Replays a log, or several.
 pub(crate) fn run(args: &ReplayArgs) -> Result<ExitCode, Failure> {
-    match args.mode {
-        Mode::Guard => guard(args),
-        Mode::Paper => paper(args),
+    match (args.logs.as_slice(), args.mode) {
+        ([log], _) if log.is_dir() => fleet_command::run(args),
+        ([log], Mode::Guard) => guard(log, args),
+        ([log], Mode::Paper) => paper(log, args),
+        _ => fleet_command::run(args),
     }
 }
 
-fn guard(args: &ReplayArgs) -> Result<ExitCode, Failure> {
+/// What guard mode is asked for, of the log at `path`.
+pub(crate) fn guard_replay_of(path: &Path, args: &ReplayArgs) -> Result<guard::Replay, Failure> {
     if args.baseline.is_some() {
         return Err("guard mode cannot judge by a stored baseline yet: give --learn A..B, or add --mode paper".into());
     }
@@ -34,19 +38,13 @@ fn guard(args: &ReplayArgs) -> Result<ExitCode, Failure> {
     only_in_paper_mode("--limits", args.limits.is_some())?;
     only_in_paper_mode("--cutoff-hz", args.cutoff_hz.is_some())?;
     only_in_paper_mode("--relearn", args.relearn.is_some())?;
-    if args.resistance.is_some() && args.speed.is_none() {
-        return Err("--resistance is a motor's: name its channels by --speed, --current and --voltage".into());
-    }
-    let replay = guard::Replay {
-        source: source(args)?,
-        learn: args.learn.ok_or("give --learn A..B")?,
-        false_alarms_per_hour: args.false_alarms_per_hour.unwrap_or(FALSE_ALARMS_PER_HOUR),
-        settle_s: args.settle,
-        set_point_tolerance: args.set_point_tolerance,
-        motor: motor(args),
-    };
+    guard_replay(path, &args.how)
+}
+
+fn guard(log: &Path, args: &ReplayArgs) -> Result<ExitCode, Failure> {
+    let replay = guard_replay_of(log, args)?;
     let out = OutputDir::prepare(&args.out)?;
-    out.spares(&args.log, &["replay.csv", "replay.html"])?;
+    out.spares(log, &["replay.csv", "replay.html"])?;
     let bar = progress(replay.source.bytes(), "bytes");
     let replayed = replay.run(
         |names| (!args.no_trace).then(|| TraceWriter::create(&out, "replay.csv", names)).transpose(),
@@ -60,43 +58,63 @@ fn guard(args: &ReplayArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::from(replayed.report.exit))
 }
 
-/// The motor's constants, if they were given.
-fn motor(args: &ReplayArgs) -> Option<MotorConstants> {
-    Some(MotorConstants {
-        resistance_ohm: args.resistance? as f32,
-        torque_constant_nm_per_a: args.torque_constant? as f32,
-        load_slope_nm_s: args.load_slope? as f32,
+/// A replay in guard mode of the log at `path`.
+pub(crate) fn guard_replay(path: &Path, how: &LogArgs) -> Result<guard::Replay, Failure> {
+    if how.resistance.is_some() && how.speed.is_none() {
+        return Err("--resistance is a motor's: name its channels by --speed, --current and --voltage".into());
+    }
+    Ok(guard::Replay {
+        source: source(path, how)?,
+        learn: how.learn.ok_or("give --learn A..B")?,
+        false_alarms_per_hour: how.false_alarms_per_hour.unwrap_or(FALSE_ALARMS_PER_HOUR),
+        settle_s: how.settle,
+        set_point_tolerance: how.set_point_tolerance,
+        motor: motor(how),
     })
 }
 
-fn paper(args: &ReplayArgs) -> Result<ExitCode, Failure> {
-    only_in_guard_mode("--false-alarms-per-hour", args.false_alarms_per_hour.is_some())?;
-    only_in_guard_mode("--resistance", args.resistance.is_some())?;
+/// The motor's constants, if they were given.
+fn motor(how: &LogArgs) -> Option<MotorConstants> {
+    Some(MotorConstants {
+        resistance_ohm: how.resistance? as f32,
+        torque_constant_nm_per_a: how.torque_constant? as f32,
+        load_slope_nm_s: how.load_slope? as f32,
+    })
+}
+
+/// What paper mode is asked for, of the log at `path`.
+pub(crate) fn paper_replay_of(path: &Path, args: &ReplayArgs) -> Result<Replay, Failure> {
+    only_in_guard_mode("--false-alarms-per-hour", args.how.false_alarms_per_hour.is_some())?;
+    only_in_guard_mode("--resistance", args.how.resistance.is_some())?;
     let limits = match &args.limits {
         Some(path) => Some(settings(Some(path))?),
         None => None,
     };
     let defaults = PaperSettings::default_motor()?;
-    let learn = match (&args.learn, &args.baseline) {
+    let learn = match (&args.how.learn, &args.baseline) {
         (Some(window), _) => Learn::Window(*window),
         (None, Some(path)) => Learn::Stored(Box::new(parsed(path, "baseline")?)),
         (None, None) => return Err("give --learn A..B or --baseline FILE".into()),
     };
-    let replay = Replay {
-        source: source(args)?,
+    Ok(Replay {
+        source: source(path, &args.how)?,
         learn,
         recall: args.recall,
-        settle_s: args.settle,
+        settle_s: args.how.settle,
         relearn_s: args.relearn,
-        set_point_tolerance: args.set_point_tolerance,
+        set_point_tolerance: args.how.set_point_tolerance,
         cutoff_hz: limits.as_ref().map(|l| l.cutoff_hz).or(args.cutoff_hz),
         hysteresis: limits.as_ref().map_or(defaults.hysteresis, |l| l.hysteresis),
         explained_share: limits.as_ref().map_or(defaults.explained_share, |l| l.explained_share),
         limits: limits
             .map_or(Limits::FromLearning { margin: args.margin.unwrap_or(MARGIN) }, |l| Limits::Fixed(l.thresholds)),
-    };
+    })
+}
+
+fn paper(log: &Path, args: &ReplayArgs) -> Result<ExitCode, Failure> {
+    let replay = paper_replay_of(log, args)?;
     let out = OutputDir::prepare(&args.out)?;
-    out.spares(&args.log, &["replay.csv", "replay.html", "baseline.toml"])?;
+    out.spares(log, &["replay.csv", "replay.html", "baseline.toml"])?;
     let bar = progress(replay.source.bytes(), "bytes");
     let replayed = replay.run(
         |names| (!args.no_trace).then(|| TraceWriter::create(&out, "replay.csv", names)).transpose(),
@@ -114,25 +132,25 @@ fn paper(args: &ReplayArgs) -> Result<ExitCode, Failure> {
 }
 
 /// The log, as it was said to be.
-fn source(args: &ReplayArgs) -> Result<Source, Failure> {
+fn source(path: &Path, how: &LogArgs) -> Result<Source, Failure> {
     Ok(Source {
-        path: args.log.clone(),
-        channels: channels(args)?,
-        set_point: args.set_point.clone(),
-        log: LogOptions { delimiter: args.delimiter },
-        rate_hz: args.rate_hz,
-        injections: args.inject.clone(),
+        path: path.to_owned(),
+        channels: channels(how)?,
+        set_point: how.set_point.clone(),
+        log: LogOptions { delimiter: how.delimiter },
+        rate_hz: how.rate_hz.ok_or("give the log's rows per second with --rate-hz")?,
+        injections: how.inject.clone(),
     })
 }
 
 /// The three channels: those of the motor, or three of the user's own.
-fn channels(args: &ReplayArgs) -> Result<[(String, ColumnRef); 3], Failure> {
-    if let (Some(speed), Some(current), Some(voltage)) = (&args.speed, &args.current, &args.voltage) {
+fn channels(how: &LogArgs) -> Result<[(String, ColumnRef); 3], Failure> {
+    if let (Some(speed), Some(current), Some(voltage)) = (&how.speed, &how.current, &how.voltage) {
         let [a, b, c] = ChannelNames::motor().0;
         return Ok([(a, speed.clone()), (b, current.clone()), (c, voltage.clone())]);
     }
-    let given = args.channel.len();
-    let channels: [(String, ColumnRef); 3] = args.channel.clone().try_into().map_err(|_| {
+    let given = how.channel.len();
+    let channels: [(String, ColumnRef); 3] = how.channel.clone().try_into().map_err(|_| {
         format!(
             "three channels are needed, {given} given: repeat --channel NAME=COL, or use --speed, --current, --voltage"
         )

@@ -12,6 +12,7 @@ use crate::score::{FaultScore, Method};
 use crate::settings::FoundBy;
 use crate::tune::{SweepRow, TuneReport};
 
+pub mod fleet;
 pub mod guard;
 
 /// A table of text. The first column names its rows.

@@ -29,11 +29,15 @@ const CORE_HZ: f64 = 168e6;
 const RATES_HZ: [f64; 2] = [1e3, 10e3];
 
 /// Labels whose proof must hold.
-const PROVEN: [&str; 17] = [
+const PROVEN: [&str; 21] = [
     inputs::MONITORING,
     inputs::SWITCHING,
     inputs::LEARNING,
     inputs::LEARNING_JOIN,
+    inputs::GUARD_SEEDING,
+    inputs::GUARD_LEARNING,
+    inputs::GUARD_MONITORING,
+    inputs::GUARD_TURN,
     inputs::PUSH,
     inputs::PUSH_JOIN,
     inputs::EIGEN_2,
@@ -155,7 +159,8 @@ pub fn report(kernels: &Kernels, progress: &mut dyn FnMut(&str)) -> Result<Repor
     progress("tracing every function of the monitor and its peers, instruction by instruction");
     let Runs { observed, of_peers } = trace_all(kernels)?;
     progress("proving that paths do not depend on data");
-    let short = [inputs::steps(1, 120), inputs::windows(1, 40), inputs::functions(Some(24))].concat();
+    let short =
+        [inputs::steps(1, 120), inputs::guard(1, 200), inputs::windows(1, 40), inputs::functions(Some(24))].concat();
     let proofs = prove(kernels, &short)?;
     let mut report = Report { title: "time".to_owned(), blind_spots: BLIND_SPOTS.into(), ..Report::default() };
     report.tables = vec![table(&observed, &proofs), of_peers_table(&of_peers), proof_table(&proofs)];
@@ -194,7 +199,7 @@ struct Runs {
 /// Two emulators side by side: the ends of windows take as long as everything else.
 fn trace_all(kernels: &Kernels) -> Result<Runs, String> {
     let (windows, rest, of_peers) = std::thread::scope(|scope| {
-        let windows = scope.spawn(|| observe(kernels, &inputs::windows(40, 26)));
+        let windows = scope.spawn(|| observe(kernels, &[inputs::windows(40, 26), inputs::guard(5, 2100)].concat()));
         let rest = observe(kernels, &[inputs::steps(12, 480), inputs::functions(None), inputs::start_up()].concat());
         let of_peers = observe(kernels, &inputs::peers(kernels.with_c));
         (windows.join().unwrap_or_else(|_| Err("the tracer has failed".to_owned())), rest, of_peers)

@@ -5,7 +5,7 @@ use super::code::Code;
 use super::control_flow::Graph;
 use super::forbidden::{self, Check, Finding};
 use super::image::{Image, SymbolKind};
-use super::images::Plan;
+use super::images::{CodeOf, Plan};
 use super::memory;
 use super::report::{Figure, Report, Table};
 use super::stack;
@@ -184,10 +184,11 @@ impl Audited {
     ///
     /// # Errors
     /// The image has not the functions.
-    pub fn core_code(&self, entries: &[&str]) -> Result<Report, String> {
-        let mut report = Report { title: "code of the monitor".to_owned(), ..Report::default() };
+    pub fn code_of(&self, monitor: &CodeOf) -> Result<Report, String> {
+        let CodeOf { name: of, calls } = monitor;
+        let mut report = Report { title: format!("code of the monitor, {of}"), ..Report::default() };
         report.blind_spots = vec!["constants count whole, though some may be of the image's own start-up code"];
-        let graph = Graph::new(&self.image, &self.code)?.entered_by(entries)?;
+        let graph = Graph::new(&self.image, &self.code)?.entered_by(calls)?;
         let reached = graph.chains();
         let functions = reached.keys().filter_map(|start| self.code.functions.get(start));
         let mut crates: std::collections::BTreeMap<&str, u64> = std::collections::BTreeMap::new();
@@ -202,12 +203,12 @@ impl Audited {
         *crates.entry(CONSTANTS).or_default() += constants;
         for (name, bytes) in &crates {
             table.row([(*name).to_owned(), bytes.to_string()]);
-            report.figures.push(Figure::bytes(format!("flash.core.{name}"), *bytes));
+            report.figures.push(Figure::bytes(format!("flash.{of}.{name}"), *bytes));
         }
         let all: u64 = crates.iter().filter(|(name, _)| **name != RUN_TIME).map(|(_, bytes)| bytes).sum();
         table.row([format!("sum without {RUN_TIME}"), all.to_string()]);
         report.tables.push(table);
-        report.figures.push(Figure::bytes("flash.core", all));
+        report.figures.push(Figure::bytes(format!("flash.{of}"), all));
         Ok(report)
     }
 
@@ -251,8 +252,8 @@ fn counted(findings: &[Finding], refused: &[Finding]) -> Table {
 /// The image cannot be audited.
 pub fn all(plan: &Plan, audited: &Audited, budgets: &Budgets, largest: usize) -> Result<Vec<Report>, String> {
     let mut reports = vec![audited.memory(largest, plan.in_detail)?];
-    if !plan.core.is_empty() {
-        reports.extend([audited.sizes()?, audited.core_code(plan.core)?]);
+    if let Some(monitor) = &plan.code {
+        reports.extend([audited.sizes()?, audited.code_of(monitor)?]);
     }
     let vectors = if plan.in_detail { Vectors::InDetail } else { Vectors::Summed };
     reports.push(audited.stack(Some(budgets), vectors, plan.entries)?);

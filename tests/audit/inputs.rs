@@ -5,6 +5,7 @@
 //! result that the firmware must answer.
 
 mod filters;
+mod guard;
 mod start_up;
 
 use firmware_stub::kernels::{self, Kernel, Request, SET_POINT};
@@ -18,6 +19,10 @@ use nalgebra::{Matrix2, Matrix3};
 
 pub use filters::{
     COMPENSATED, COMPENSATED_FIRST_ORDER, EWMA, FILTER, FIRST_ORDER, MOVING_AVERAGE, filtered, residuals,
+};
+pub use guard::{
+    GUARD_FINDING, GUARD_LEARNING, GUARD_MONITORING, GUARD_SEEDING, GUARD_SETTLING, GUARD_TRANSITION, GUARD_TURN,
+    GUARD_WINDOW_END, guard,
 };
 pub use start_up::{AT_START_UP, start_up};
 

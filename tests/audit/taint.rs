@@ -138,6 +138,7 @@ struct Prover<'a> {
 fn data_bytes(kernel: Kernel) -> u32 {
     match kernel {
         Kernel::Restart | Kernel::ClearWindow | Kernel::FinishLearning | Kernel::WindowEnd | Kernel::Step => 0,
+        Kernel::GuardStep | Kernel::GuardFinishLearning | Kernel::GuardFinding => 0,
         Kernel::UpperNormal | Kernel::UpperChiSquare | Kernel::UpperF | Kernel::T2Limit => 0,
         Kernel::FilteredLimit | Kernel::SmoothedLimit => 0,
         Kernel::FirstOrder | Kernel::CompensatedFilter | Kernel::CompensatedFirstOrder | Kernel::MovingAverage => 4,
@@ -178,7 +179,7 @@ impl Prover<'_> {
         let back = trace::return_address(self.code, self.before, kernel)?;
         self.open = Some(Open { kernel, label, back, state: step.registers[0] });
         self.marks.enter();
-        if kernel == Kernel::Step {
+        if matches!(kernel, Kernel::Step | Kernel::GuardStep) {
             // The set point is in s0; the three readings follow it.
             for reading in [1, 2, 3].map(Register::single) {
                 self.marks.set(reading, Mark { data: true, ..Mark::default() }, false);
@@ -195,7 +196,7 @@ impl Prover<'_> {
         if ["bkpt", "svc", "wfi", "wfe", "hint"].contains(&i.mnemonic.as_str()) || i.flow == Flow::Stop {
             return Err(format!("{}: the effects of `{i}` are not known", self.image.place(i.address)));
         }
-        if open.kernel == Kernel::FinishLearning
+        if matches!(open.kernel, Kernel::FinishLearning | Kernel::GuardFinishLearning)
             && let Some(memory) = i.memory.as_ref().filter(|memory| !memory.load)
         {
             let start = address(i, memory, step);

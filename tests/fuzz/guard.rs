@@ -39,7 +39,7 @@ fn config() -> Config {
         settle_s: 0.01,
         seed_s: 0.05,
         learn_s: 0.4,
-        time_constants_s: [0.002, 0.01, 0.1],
+        time_constants_s: [0.002, 0.01, 0.1, 0.2],
         ..Config::at_rate(1000.0)
     }
 }

@@ -1,8 +1,8 @@
 //! When an alarm is raised, when it is withdrawn, and what may vote in between.
 
-use core::hint::select_unpredictable;
-
-use super::{at_least, at_most};
+use super::SCALES;
+use super::flag::{Flag, greater, lesser, positive_part};
+use super::sensor::ROUND;
 use crate::ewma::Ewma;
 
 /// ln of the likelihood ratio at which the fault is taken to be gone: exp(18) to one.
@@ -16,9 +16,10 @@ const QUIET: f32 = 0.5;
 const RECOVERY: f32 = 32.0;
 const RECOVERY_CHECK: f32 = 2.0;
 
-/// Limit of the fast scale while slower ones have no vote, in limits: the loop still comes to rest, and noise on top of that
-/// must not raise again what has just been withdrawn.
-const RECOVERING_LIMIT: f32 = 2.0;
+/// What the fast scale must have come below for an alarm to be withdrawn, in limits, and its limit while slower scales have no
+/// vote: the loop still comes to rest, and noise on top of that must not raise again what has just been withdrawn.
+const CALM: f32 = 1.4;
+const RECOVERING_LIMIT: f32 = 2.5;
 
 /// A recovery goes on while the distance falls below this share of what it was at the check before: a loop that settles with
 /// a time constant of 8 checks or quicker.
@@ -27,16 +28,26 @@ const STILL_FALLING: f32 = 0.8;
 /// Time for which a deviation must have stood still before it is named, in time constants of the middle scale.
 const NAMED_AFTER: f32 = 1.0;
 
+/// Slots from one look at whether a fault has moved to the next: in two rounds of the sensors there are two slots that look
+/// at none, and two questions.
+const LOOK: u32 = 2 * ROUND;
+
 /// The frozen part, in samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Rules {
     clear_hold: u32,
     recovery: u32,
+    /// Longest that a loop is given to settle at a known set point.
+    settling: u32,
     check: u32,
-    /// Slots for which a deviation must have stood still before it is named.
+    /// Slots until the first check, so that the last falls on the end.
+    first_check: u32,
+    /// Looks for which a deviation must have stood still before it is named.
     pub(super) named_after: u32,
-    /// Slots without movement after which a loop counts as standing.
+    /// Looks without movement after which a loop counts as standing.
     pub(super) steady: u32,
+    /// The share of one sample in what the middle scale averages.
+    pub(super) per_sample: f32,
 }
 
 /// What moves.
@@ -44,88 +55,106 @@ pub(super) struct Rules {
 pub(super) struct Alarm {
     /// ln of the likelihood of "the fault is gone" over "it stands", since it last could not be told.
     gone: f32,
-    /// Slots since the fast scale was last beyond its limit, and since any scale was last not quiet.
+    /// Slots since the fast scale was last not calm, and since any scale was last not quiet; up to the hold.
     calm: u32,
     quiet: u32,
     /// Slots for which the slower scales are still without a vote; zero if they have one.
     recovery: u32,
+    /// Slots until it is asked again whether they still come down.
+    until_check: u32,
     /// Slots for which the middle scale has been quiet while they had none.
     recovered: u32,
     /// The middle scale's distance at the last check.
     falling_from: f32,
+    /// Whether it is the set point that has changed: then no scale has a vote, and none says that a fault is gone.
+    settling: Flag,
 }
 
 /// What a sample says, each distance in units of its limit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Evidence {
-    pub(super) severity: [f32; 3],
+    pub(super) severity: [f32; SCALES],
     /// ln of the likelihood of the sample where the fault is gone over that where it stands.
     pub(super) gone: f32,
+    /// Whether the loop has stood for a while, wherever.
+    pub(super) steady: Flag,
 }
 
 /// What the alarm does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Outcome {
-    pub(super) up: bool,
+    pub(super) up: Flag,
     /// It went up with this sample, and is not the same fault's that has just been withdrawn.
-    pub(super) new: bool,
+    pub(super) new: Flag,
     /// The loop recovers from a fault, or from a change of the set point: slower scales have no vote.
-    pub(super) recovering: bool,
+    pub(super) recovering: Flag,
+    /// It is from a change of the set point.
+    pub(super) settling: Flag,
 }
 
 impl Rules {
-    pub(super) fn new(clear_hold: u32, middle: &Ewma) -> Self {
+    pub(super) fn new(clear_hold: u32, settling: u32, middle: &Ewma) -> Self {
         let samples = 1.0 / middle.weight();
+        let (recovery, check) = ((RECOVERY * samples) as u32 + 1, (RECOVERY_CHECK * samples) as u32 + 1);
         Rules {
             clear_hold: clear_hold.max(1),
-            recovery: (RECOVERY * samples) as u32 + 1,
-            check: (RECOVERY_CHECK * samples) as u32 + 1,
-            named_after: (NAMED_AFTER * samples) as u32,
-            steady: samples as u32,
+            recovery,
+            settling: settling.max(recovery),
+            check,
+            first_check: recovery % check.max(1),
+            named_after: ((NAMED_AFTER * samples) as u32).div_ceil(LOOK),
+            steady: (samples as u32).div_ceil(LOOK),
+            per_sample: middle.variance_ratio(),
         }
     }
 }
 
 impl Alarm {
-    /// As after a change of the set point: slower scales have no vote until the loop has settled.
-    pub(super) fn recovering(rules: &Rules) -> Self {
-        Alarm { recovery: rules.recovery, falling_from: f32::MAX, ..Alarm::default() }
+    /// As after a change to a known set point: nothing has a vote until the loop has settled.
+    pub(super) fn settling(rules: &Rules) -> Self {
+        let (recovery, until_check) = (rules.settling, rules.check);
+        Alarm { recovery, until_check, falling_from: f32::MAX, settling: Flag::new(true), ..Alarm::default() }
     }
 
     /// Takes one sample's evidence. `up` is whether the alarm was up before it.
     #[inline(always)]
-    pub(super) fn step(&mut self, rules: &Rules, up: bool, evidence: &Evidence) -> Outcome {
-        let [fast, middle, slow] = evidence.severity;
-        let any_beyond = (fast > 1.0) | (middle > 1.0) | (slow > 1.0);
-        let all_quiet = (fast <= 1.0) & (middle < QUIET) & (slow < QUIET);
-        self.calm = select_unpredictable(fast > 1.0, 0, self.calm.saturating_add(1));
-        self.quiet = select_unpredictable(all_quiet, self.quiet.saturating_add(1), 0);
+    pub(super) fn step(&mut self, rules: &Rules, up: Flag, evidence: &Evidence) -> Outcome {
+        let [fast, middle, slow, trend] = evidence.severity;
+        let fast_beyond = Flag::above(fast, 1.0);
+        let any_beyond = fast_beyond | Flag::above(greater(greater(middle, slow), trend), 1.0);
+        let all_quiet = !fast_beyond & Flag::below(greater(greater(middle, slow), trend), QUIET);
+        self.calm = (!Flag::above(fast, CALM)).count(self.calm, rules.clear_hold);
+        self.quiet = all_quiet.count(self.quiet, rules.clear_hold);
         // Page's test (1954) of the fault that stands against none; its sum is bounded, so that it can turn at once.
-        let gone = at_most(at_least(self.gone + evidence.gone, 0.0), 2.0 * GONE);
-        self.gone = select_unpredictable(up, gone, 0.0);
+        self.gone = (up & !self.settling).or_zero(lesser(positive_part(self.gone + evidence.gone), 2.0 * GONE));
 
-        let is_gone = self.gone >= GONE;
-        let healthy = (self.calm >= rules.clear_hold) & (is_gone | (self.quiet >= rules.clear_hold));
-        let withdrawn = up & healthy;
-        let was_recovering = self.recovery > 0;
-        self.recover(rules, middle);
-        self.recovery = select_unpredictable(withdrawn & is_gone, rules.recovery, self.recovery);
-        self.falling_from = select_unpredictable(withdrawn, f32::MAX, self.falling_from);
-        let recovering = self.recovery > 0;
-        let beyond = select_unpredictable(recovering, fast > RECOVERING_LIMIT, any_beyond);
+        let is_gone = !Flag::below(self.gone, GONE);
+        let is_quiet = Flag::reached(self.quiet, rules.clear_hold);
+        let calm = Flag::reached(self.calm, rules.clear_hold);
+        let withdrawn = up & calm & (is_gone | is_quiet) & !self.settling;
+        let was_recovering = Flag::any(self.recovery) & !self.settling;
+        self.recover(rules, middle, evidence.steady, withdrawn, is_gone);
+        let recovering = Flag::any(self.recovery);
+        self.settling = self.settling & recovering;
+        let beyond = (recovering & !self.settling & Flag::above(fast, RECOVERING_LIMIT)) | (!recovering & any_beyond);
         let raised = !up & beyond;
-        Outcome { up: (up & !withdrawn) | raised, new: raised & !was_recovering, recovering }
+        Outcome { up: (up & !withdrawn) | raised, new: raised & !was_recovering, recovering, settling: self.settling }
     }
 
-    /// Lets one slot of a recovery go by. It ends when the middle scale has been quiet for long enough, when it no longer
-    /// comes down, or when its time is over.
+    /// Lets one slot of a recovery go by, or begins one. It ends when the middle scale has been quiet for long enough, when it
+    /// no longer comes down, or when its time is over. What a new set point moves may rise before it falls: there the loop
+    /// must have come to stand as well.
     #[inline(always)]
-    fn recover(&mut self, rules: &Rules, middle: f32) {
-        self.recovered = select_unpredictable(middle < QUIET, self.recovered.saturating_add(1), 0);
-        let check = self.recovery.is_multiple_of(rules.check);
-        let stands = check & (middle >= QUIET) & (middle > STILL_FALLING * self.falling_from);
-        self.falling_from = select_unpredictable(check, middle, self.falling_from);
-        let over = stands | (self.recovered >= rules.check);
-        self.recovery = select_unpredictable(over, 0, self.recovery.saturating_sub(1));
+    fn recover(&mut self, rules: &Rules, middle: f32, steady: Flag, withdrawn: Flag, is_gone: Flag) {
+        let (quiet, check) = (Flag::below(middle, QUIET), !Flag::any(self.until_check));
+        self.recovered = quiet.count(self.recovered, rules.check);
+        let falls = !Flag::above(middle, STILL_FALLING * self.falling_from);
+        let stands = check & !quiet & !falls & (steady | !self.settling);
+        let over = stands | Flag::reached(self.recovered, rules.check);
+        let left = (!over).choose_word(self.recovery - Flag::any(self.recovery).bit(), 0);
+        let begins = withdrawn & is_gone;
+        self.recovery = begins.choose_word(rules.recovery, left);
+        self.until_check = begins.choose_word(rules.first_check, check.choose_word(rules.check, self.until_check) - 1);
+        self.falling_from = withdrawn.choose(f32::MAX, check.choose(middle, self.falling_from));
     }
 }

@@ -1,5 +1,7 @@
 //! Settings of `guard` mode, and what is worked out of them once.
 
+use super::level::PERIOD;
+use super::{SCALES, TREND};
 use crate::ewma::{Ewma, EwmaError};
 use crate::limit::{LimitError, smoothed_t2_limit};
 use crate::moments::{Moments, Statistics};
@@ -19,12 +21,14 @@ pub struct Config {
     /// Length of each of two seeding windows, s: from the first comes the clip of the second, from that the clip of the
     /// learning window.
     pub seed_s: f32,
-    /// Length of the learning window, s. The limits also count how little it is.
+    /// Length of the learning window, s; limits take into account how short it is. It holds at least 120 samples and 24 middle
+    /// time constants.
     pub learn_s: f32,
     /// Largest movement of the set point that is not a change, in the set point's unit.
     pub set_point_tolerance: f32,
-    /// Time constants of the three time scales, ascending, s: abrupt faults, the loop, drifts.
-    pub time_constants_s: [f32; 3],
+    /// Time constants of the four time scales, ascending, s: abrupt faults, the loop, drifts, and trends. The last one takes a
+    /// sample in 64.
+    pub time_constants_s: [f32; SCALES],
     /// Step of the converter of each channel, in its unit; zero where it is not known. No channel is taken to be more exact.
     pub converter_steps: [f32; 3],
     /// How long the mean remembers, s: benign drift that is slower (temperature) is followed.
@@ -40,7 +44,7 @@ pub struct Config {
 
 impl Config {
     /// Settings for a sampling rate: one false alarm in a hundred hours; 2 s to settle, twice 1 s to seed, 15 s to learn;
-    /// time scales of 5.5 ms, 75 ms and 2 s.
+    /// time scales of 5.5 ms, 75 ms, 2 s and 15 s.
     #[must_use]
     pub const fn at_rate(sample_rate_hz: f32) -> Self {
         Config {
@@ -50,7 +54,7 @@ impl Config {
             seed_s: 1.0,
             learn_s: 15.0,
             set_point_tolerance: 0.0,
-            time_constants_s: [0.0055, 0.075, 2.0],
+            time_constants_s: [0.0055, 0.075, 2.0, 15.0],
             converter_steps: [0.0; 3],
             memory_s: 600.0,
             drift_sigmas: 0.5,
@@ -74,7 +78,8 @@ pub enum ConfigError {
     SettleTime,
     /// A seeding window must hold at least [`Moments::MIN_SAMPLES`] samples and fewer than 2^31.
     SeedTime,
-    /// The learning window must last at least twelve times the middle time constant, and hold fewer than 2^31 samples.
+    /// The learning window must last at least 24 times the middle time constant, hold at least four times
+    /// [`Moments::MIN_SAMPLES`], and fewer than 2^31 samples.
     LearnTime,
     /// The set-point tolerance must be finite and not negative.
     SetPointTolerance,
@@ -109,13 +114,15 @@ impl From<GateError> for ConfigError {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Design {
     pub(super) gate: SetPointGate,
-    pub(super) scales: [Ewma; 3],
+    /// The first three take every sample, the last one in `PERIOD`.
+    pub(super) scales: [Ewma; SCALES],
     /// Variance of a converter's rounding, of each channel.
     pub(super) floors: [f32; 3],
     /// What the largest distance of as many samples as are learned from reaches once in twenty times, in limits.
-    pub(super) expected_peaks: [f32; 3],
+    pub(super) expected_peaks: [f32; TREND],
     /// Samples between two false alarms of one time scale.
-    interval_samples: f32,
+    pub(super) interval_samples: f32,
+    pub(super) sample_rate_hz: f32,
     pub(super) seed_slots: u32,
     pub(super) learn_slots: u32,
     pub(super) memory_slots: f32,
@@ -139,8 +146,8 @@ impl Design {
             |seconds: f32| (0.0..2_147_483_648.0).contains(&(seconds * rate)).then_some((seconds * rate) as u32);
         let gate =
             SetPointGate::new(config.set_point_tolerance, slots(config.settle_s).ok_or(ConfigError::SettleTime)?)?;
-        let [fast, middle, slow] = config.time_constants_s;
-        if !(fast <= middle && middle <= slow) {
+        let [fast, middle, slow, trend] = config.time_constants_s;
+        if !(fast <= middle && middle <= slow && slow <= trend) {
             return Err(ConfigError::TimeConstants);
         }
         let scale = |time_constant_s| Ewma::with_time_constant(time_constant_s, rate);
@@ -164,10 +171,16 @@ impl Design {
         }
         let mut design = Design {
             gate,
-            scales: [scale(fast)?, scale(middle)?, scale(slow)?],
+            scales: [
+                scale(fast)?,
+                scale(middle)?,
+                scale(slow)?,
+                Ewma::with_time_constant(trend, rate / PERIOD as f32)?,
+            ],
             floors,
-            expected_peaks: [1.0; 3],
-            interval_samples: 3.0 * 3600.0 * rate / config.false_alarms_per_hour,
+            expected_peaks: [1.0; TREND],
+            interval_samples: SCALES as f32 * 3600.0 * rate / config.false_alarms_per_hour,
+            sample_rate_hz: rate,
             seed_slots,
             learn_slots,
             memory_slots: (config.memory_s * rate).max(learn_slots as f32),
@@ -180,6 +193,7 @@ impl Design {
             let limit = |interval| smoothed_t2_limit(scale, 3, 1e6, interval).map_err(|_| ConfigError::FalseAlarmRate);
             *expected = limit(proof)? / limit(design.interval_samples)?;
         }
+        design.limit(TREND, 1e6).map_err(|_| ConfigError::FalseAlarmRate)?;
         Ok(design)
     }
 
@@ -194,8 +208,21 @@ impl Design {
         floored
     }
 
-    /// The limit of a time scale whose covariance was learned with so many degrees of freedom.
-    pub(super) fn limit(&self, scale: &Ewma, degrees_of_freedom: f32) -> Result<f32, LimitError> {
-        smoothed_t2_limit(scale, 3, degrees_of_freedom, self.interval_samples)
+    /// The limit of the time scale at this place, whose covariance was learned with so many degrees of freedom.
+    pub(super) fn limit(&self, place: usize, degrees_of_freedom: f32) -> Result<f32, LimitError> {
+        let scale = self.scales.get(place).ok_or(LimitError::Retained)?;
+        let stride = if place == TREND { PERIOD as f32 } else { 1.0 };
+        smoothed_t2_limit(scale, 3, degrees_of_freedom, self.interval_samples / stride)
+    }
+
+    /// Variance of each time scale over that of its samples, if those are independent.
+    pub(super) fn variance_ratios(&self) -> [f32; SCALES] {
+        let [fast, middle, slow, trend] = &self.scales;
+        // The trend smooths what the middle scale has smoothed, which after a period still is this like itself.
+        let alike = (0..PERIOD.ilog2()).fold(1.0 - middle.weight(), |power, _| power * power);
+        let kept = (1.0 - trend.weight()) * alike;
+        let of_trend = trend.variance_ratio() * (1.0 + kept) / (1.0 - kept);
+        let [fast, middle, slow] = [fast, middle, slow].map(|scale| scale.variance_ratio());
+        [fast, middle, slow, middle * of_trend]
     }
 }

@@ -10,7 +10,6 @@
 
 use heapless::Vec;
 
-use super::at_least;
 use crate::root::square_root;
 use crate::triangle::inner;
 
@@ -44,8 +43,11 @@ pub struct Direction {
     pub cause: Cause,
     /// The readings' movement, each in its unit per unit of the fault.
     pub movement: [f32; 3],
-    /// Relative standard deviation of each entry of the movement.
+    /// Relative standard deviation of each entry of the movement, independent of the others: how well the fault can be told from
+    /// others.
     pub tolerance: f32,
+    /// Relative standard deviation of all entries alike: how well its size is known.
+    pub scale_tolerance: f32,
     /// Whether the fault can only be positive.
     pub one_sided: bool,
 }
@@ -104,8 +106,7 @@ pub struct Explanation {
     pub cause: Cause,
     /// Its size, in its unit.
     pub size: f32,
-    /// Standard deviation of the size by noise, in its unit. Constants that are off by a share put the size off by about
-    /// that share.
+    /// Standard deviation of the size, in its unit: by noise, and by constants that are known to the direction's tolerance.
     pub size_sigma: f32,
     /// Squared distance of the deviation from what the fault makes of the readings: three on average if it is the one.
     pub misfit: f32,
@@ -113,9 +114,13 @@ pub struct Explanation {
     pub runner_up: Option<(Cause, f32)>,
 }
 
-/// Relative standard deviation of the entries of a direction that comes from constants known within 20 %: each is a product
-/// of one to three of them, and an error of up to 20 %, all alike, has a standard deviation of 12 %.
-pub const TOLERANCE_OF_CONSTANTS: f32 = 0.15;
+/// Relative standard deviation of a constant that is known within 20 %, every error up to that being as likely.
+pub const TOLERANCE_OF_CONSTANTS: f32 = 0.115;
+
+/// Relative standard deviation of what moves by these powers of resistance, torque constant and slope.
+fn tolerance(powers: [f32; 3]) -> f32 {
+    TOLERANCE_OF_CONSTANTS * square_root(inner(powers, powers))
+}
 
 /// Share of a deviation by which a fault need not fit it.
 const FITS_TO: f32 = 0.05;
@@ -180,19 +185,37 @@ impl Directions {
         if !(usable && w.is_finite() && i.is_finite()) {
             return Err(DirectionError::MotorConstants);
         }
+        // A fault is told from another by the ratio of its entries, and that moves with the constants by these powers of R, K and
+        // slope: a load's is R; a speed sensor's slope/(K^2 + R slope), of which K^2 is the share q; the magnets' i/(R i - K w).
+        // What both entries are off by alike is in the size.
+        let q = k * k / (k * k + r * slope);
+        let magnets = r * i - k * w;
+        let (share, rest) = if magnets.abs() > 0.0 { (r * i / magnets, k * w / magnets) } else { (1.0, 1.0) };
         // Grown resistance and weak magnets act with the sign of current and speed.
         let movements = [
-            (Cause::LoadTorque, [0.0, 1.0 / k, r / k], false),
-            (Cause::SpeedSensor, [0.0, -slope / k, -(k + r * slope / k)], false),
-            (Cause::CurrentSensor, [0.0, 1.0, 0.0], false),
-            (Cause::Resistance, [0.0, 0.0, i], true),
-            (Cause::TorqueConstant, [0.0, i / k, r * i / k - w], true),
+            (Cause::LoadTorque, [0.0, 1.0 / k, r / k], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
+            (
+                Cause::SpeedSensor,
+                [0.0, -slope / k, -(k + r * slope / k)],
+                [1.0 - q, 2.0 * q, q],
+                [1.0 - q, 2.0 * q - 1.0, 1.0 - q],
+            ),
+            (Cause::CurrentSensor, [0.0, 1.0, 0.0], [0.0; 3], [0.0; 3]),
+            (Cause::Resistance, [0.0, 0.0, i], [0.0; 3], [0.0; 3]),
+            (Cause::TorqueConstant, [0.0, i / k, magnets / k], [share, rest, 0.0], [share, share, 0.0]),
         ];
         let mut directions = Directions::none();
-        for (cause, movement, one_sided) in movements {
+        for (cause, movement, of_ratio, of_scale) in movements {
             // A motor at rest shows neither resistance nor magnets.
             if movement.iter().any(|m| m.abs() > 0.0) {
-                directions.push(Direction { cause, movement, tolerance: TOLERANCE_OF_CONSTANTS, one_sided })?;
+                directions.push(Direction {
+                    cause,
+                    movement,
+                    // Two entries that are off independently.
+                    tolerance: tolerance(of_ratio) * core::f32::consts::FRAC_1_SQRT_2,
+                    scale_tolerance: tolerance(of_scale),
+                    one_sided: matches!(cause, Cause::Resistance | Cause::TorqueConstant),
+                })?;
             }
         }
         Ok(directions)
@@ -206,7 +229,8 @@ impl Directions {
     /// [`DirectionError::Movement`], [`DirectionError::Tolerance`], [`DirectionError::Full`].
     pub fn push(&mut self, direction: Direction) -> Result<(), DirectionError> {
         let movement = direction.movement;
-        if !(direction.tolerance >= 0.0 && direction.tolerance.is_finite()) {
+        let tolerances = [direction.tolerance, direction.scale_tolerance];
+        if !tolerances.iter().all(|tolerance| *tolerance >= 0.0 && tolerance.is_finite()) {
             return Err(DirectionError::Tolerance(direction.cause));
         }
         if !(movement.iter().all(|m| m.is_finite()) && movement.iter().any(|m| m.abs() > 0.0)) {
@@ -251,7 +275,7 @@ impl Directions {
         }
         let Some((direction, best)) = best else { return Finding::Unknown };
         // What still moves must not make a fault that fits better than any other an unknown one.
-        let generous = noise.of(deviation, at_least(noise.settled_to, FITS_TO));
+        let generous = noise.of(deviation, noise.settled_to.max(FITS_TO));
         let misfit = Fit::of(direction, deviation, &generous).map(|fit| fit.explanation.misfit);
         let Some(misfit) = misfit.filter(|misfit| *misfit <= MISFIT_TO) else { return Finding::Unknown };
         let explanation = Explanation { misfit, ..best.explanation };
@@ -273,7 +297,7 @@ struct Fit {
 impl Fit {
     /// The best fit; none where the fault could only fit with the wrong sign, or numbers are out of range.
     fn of(direction: &Direction, deviation: [f32; 3], noise: &Covariance) -> Option<Self> {
-        let Direction { cause, movement, tolerance, one_sided } = *direction;
+        let Direction { cause, movement, tolerance, scale_tolerance, one_sided } = *direction;
         let uncertainty = movement.map(|d| tolerance * d);
         let mut size = 0.0;
         // The uncertainty of the direction grows with the size: from none, three rounds settle it to a percent.
@@ -288,7 +312,9 @@ impl Fit {
         for (r, d) in residual.iter_mut().zip(d) {
             *r -= size * d;
         }
-        let (misfit, size_sigma) = (inner(residual, residual), 1.0 / square_root(inner(d, d)));
+        let misfit = inner(residual, residual);
+        let of_scale = scale_tolerance * size;
+        let size_sigma = square_root(1.0 / inner(d, d) + of_scale * of_scale);
         let usable = misfit.is_finite() && size_sigma.is_finite() && (size > 0.0 || !one_sided);
         let explanation = Explanation { cause, size, size_sigma, misfit, runner_up: None };
         usable.then_some(Fit { explanation, badness: misfit + whitened.log_determinant })

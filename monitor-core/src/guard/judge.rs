@@ -1,36 +1,21 @@
 //! Phase II of `guard` mode: the distances of one sample at three time scales, and what follows from them.
-
-use core::hint::select_unpredictable;
+//!
+//! Every slot takes one path, whatever the readings are: by its count it looks at one sensor, asks one of two questions about
+//! the fault, and in a few slots of a period sharpens what is known.
 
 use super::alarm::{Alarm, Evidence, Outcome, Rules};
 use super::design::Design;
 use super::direction::Noise;
+use super::flag::{Flag, greater, within};
+use super::known::Known;
 use super::level::PERIOD;
-use super::model::Model;
-use super::sensor::{Losses, Senses};
+use super::sensor::{Losses, ROUND, Senses};
 use super::verdict::{Standing, Verdict};
-use super::{SCALES, at_least, at_most, difference};
-use crate::root::reciprocal_sqrt;
-use crate::triangle::{inner, square};
+use super::{SCALES, TREND, difference, smoothed};
+use crate::triangle::{Packed, inner, square};
 
-/// Places of the time scales.
-const FAST: usize = 0;
-const MIDDLE: usize = 1;
-const SLOW: usize = 2;
-
-/// Limits while a model proves itself: what it rests on is not what it judges.
-const UNPROVEN: f32 = 1.5;
-
-/// Most that the tail of a statistic may raise its limit. Beyond, the window was not healthy.
-const RAISED_TO: f32 = 4.0;
-
-/// Share of a deviation that an estimate may be off by when it has just begun, and when it has averaged for long: what the
-/// loop still moves by averages out.
-const SETTLED_TO_AT_FIRST: f32 = 0.05;
-const SETTLED_TO: f32 = 0.01;
-
-/// Deviations count up to so many sigmas, far beyond any fault, so that no number leaves the range of `f32`.
-const REACH_SIGMAS: f32 = 1e6;
+/// Deviations count up to 2^20 sigmas, far beyond any fault, so that no number leaves the range of `f32`.
+const REACH_OCTAVES: u32 = 20;
 
 /// Share of its limit from which on a distance is a suspicion, under which nothing is learned.
 const SUSPECTED_FROM: f32 = 0.5;
@@ -42,23 +27,13 @@ const MOVED_SHARE: f32 = 0.05;
 /// within it for the rest, which is all that is asked: a run.
 const MOVING_SHARE: f32 = 0.25;
 
-/// What a model brings with it when it is installed or recalled.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Known {
-    pub(super) model: Model,
-    /// Activity of each channel below which its sensor is stuck.
-    stuck_below: [f32; 3],
-    /// The reciprocal of the limit of each time scale, as sharp as it is by now.
-    pub(super) per_limit: [f32; SCALES],
-    /// Slots that mean and limits rest on.
-    slots: f32,
-    /// Slots until the limits are proven.
-    pub(super) unproven: u32,
-    /// Largest distance of each time scale while they were not, in units of the limit.
-    peak: [f32; SCALES],
-    /// Slow movement of the mean that is taken to be benign.
-    pub(super) drift: [f32; 3],
-}
+/// Share of a deviation that an estimate may be off by when it has just begun, and when it has averaged for long: what the
+/// loop still moves by averages out.
+const SETTLED_TO_AT_FIRST: f32 = 0.05;
+const SETTLED_TO: f32 = 0.01;
+
+/// Slots of a period that have a turn: for each scale two, the mean, and the trend.
+const TURNS: u32 = 2 * SCALES as u32 + 2;
 
 /// The moving part.
 #[derive(Clone, Copy, Debug)]
@@ -67,60 +42,31 @@ pub(super) struct Judge {
     pub(super) alarm: Alarm,
     pub(super) senses: Senses,
     pub(super) losses: Losses,
+    /// Where deviations are taken from, by what is known.
+    centre: [f32; 3],
+    /// The metrics as they judge: as known, but for the channel that they do without.
+    metrics: [Packed; SCALES],
+    blind: u8,
+    /// The channel that they are being made to do without.
+    blind_next: u8,
+    /// The reciprocals of the limits as they judge.
+    per_limit: [f32; SCALES],
     fast: [f32; 3],
     middle: [f32; 3],
+    /// Of the middle scale, once in a period, and the severity found then.
+    trend: [f32; 3],
+    trending: f32,
+    /// Whether the loop has recovered since the trend was last asked: it begins again.
+    disturbed: Flag,
     /// The slow scale. While an alarm stands it is the estimate of the fault: it begins again at the middle scale's value
     /// when the fault has moved, and averages all samples since.
     pub(super) estimate: [f32; 3],
     /// Weight of the newest sample in the estimate.
     pub(super) gain: f32,
-    /// Slots since the middle scale was last far from the estimate.
+    /// Looks since the middle scale was last far from the estimate, up to what is asked for.
     still: u32,
-    /// Slots since the fast scale last ran ahead of the middle one.
+    /// Looks since the fast scale last ran ahead of the middle one.
     steady: u32,
-    slots: u32,
-    /// The channel that the metrics do without, and for each scale the direction of w = U y that it accounts for.
-    blind: u32,
-    blinds: [[f32; 3]; SCALES],
-}
-
-impl Known {
-    pub(super) fn new(model: Model, stuck_below: [f32; 3], learned_slots: u32) -> Self {
-        let slots = learned_slots as f32;
-        let per_limit = model.scales.map(|scale| 1.0 / scale.level.limit(slots));
-        Known { model, stuck_below, per_limit, slots, unproven: learned_slots, peak: [0.0; SCALES], drift: [0.0; 3] }
-    }
-
-    /// Widens limits by the tail that was seen (the largest distance of so many slots), once.
-    #[cold]
-    #[inline(never)]
-    fn prove(&mut self, design: &Design) {
-        for ((scale, peak), expected) in self.model.scales.iter_mut().zip(self.peak).zip(design.expected_peaks) {
-            scale.level.widen((peak / expected).clamp(1.0, RAISED_TO));
-        }
-    }
-
-    /// Sharpens what is known by a slot that is healthy beyond suspicion: in turn one of the scales, or the mean. The work is
-    /// the same for a slot that is not; then nothing changes.
-    #[inline(always)]
-    fn sharpen(&mut self, design: &Design, suspected: bool, turn: u32, smoothed: [[f32; 3]; SCALES]) {
-        let smoothed = smoothed.map(|y| y.map(|y| select_unpredictable(suspected, 0.0, y)));
-        let period = select_unpredictable(suspected, 0.0, PERIOD as f32);
-        let [_, middle, _] = smoothed;
-        let place = turn as usize;
-        let entries = self.model.scales.get_mut(place).zip(self.per_limit.get_mut(place)).zip(smoothed.get(place));
-        if let Some(((scale, per_limit), y)) = entries {
-            scale.sharpen(*y, period / self.slots);
-            *per_limit = 1.0 / scale.level.limit(self.slots);
-        } else {
-            self.slots += period;
-            let share = period / at_most(self.slots, design.memory_slots);
-            for ((drift, moved), sigma) in self.drift.iter_mut().zip(middle).zip(self.model.sigma) {
-                let reach = design.drift_sigmas * sigma;
-                *drift = at_most(at_least(*drift + share * moved, -reach), reach);
-            }
-        }
-    }
 }
 
 /// What the metrics make of the smoothed channels: each is white noise of variance one per place while the motor is healthy.
@@ -134,214 +80,214 @@ struct Images {
 
 impl Judge {
     pub(super) fn new(known: Known, alarm: Alarm, senses: Senses, design: &Design) -> Self {
-        let [_, _, slow] = design.scales;
+        let [_, _, slow, _] = design.scales;
         Judge {
-            known,
             alarm,
             senses,
             losses: Losses::default(),
+            centre: known.centre(),
+            metrics: known.model.scales.map(|scale| scale.metric),
+            blind: 0,
+            blind_next: 0,
+            per_limit: known.per_limit.map(|per_limit| known.judged_by(per_limit)),
             fast: [0.0; 3],
             middle: [0.0; 3],
+            trend: [0.0; 3],
+            trending: 0.0,
+            disturbed: Flag::default(),
             estimate: [0.0; 3],
             gain: slow.weight(),
             still: 0,
             steady: 0,
-            slots: 0,
-            blind: 0,
-            blinds: [[0.0; 3]; SCALES],
+            known,
         }
     }
 
     /// Judges one sample, and brings the verdict on the sample before up to date. Reads as the flow of the module's front page.
+    /// The count of slots says whose turn it is.
     #[inline(always)]
-    pub(super) fn step(&mut self, design: &Design, rules: &Rules, x: [f32; 3], verdict: &mut Verdict) {
-        let [of_fast, of_middle, _] = &design.scales;
-        let up = verdict.standing.alarm();
-        let fit = x.map(super::measurable);
-        self.senses.step(fit, x); //                                                            is it a sensor still?
-        self.losses.step(fit, &self.senses, &self.known.stuck_below);
-        let (deviation, held) = self.deviation(fit, x); //                                      from the mean (1.7)
-        of_fast.step(held, &mut self.fast, deviation); //                                       smooth
-        of_middle.step(held, &mut self.middle, deviation);
+    pub(super) fn step(&mut self, design: &Design, rules: &Rules, count: u32, verdict: &mut Verdict) {
+        let [of_fast, of_middle, ..] = &design.scales;
+        let up = Flag::new(verdict.standing.alarm());
+        self.sense(count, &verdict.readings); //                                                 is it a sensor still?
+        let (deviation, held) = self.deviation(verdict.readings); //                             from the mean (1.7)
+        let keep = !held;
+        self.fast = smoothed(self.fast, keep.or_zero(of_fast.weight()), deviation);
+        self.middle = smoothed(self.middle, keep.or_zero(of_middle.weight()), deviation);
         let images = self.images();
         let severity = self.severity(&images); //                                               (1.6), over the limits
-        let gone = select_unpredictable(held, 0.0, self.gone(design, &images));
-        let Outcome { up: now, new, recovering } = self.alarm.step(rules, up, &Evidence { severity, gone });
-        let now = now | (design.latch & up);
-        self.follow(design, rules, held, now, recovering, deviation, &images);
-        self.learn(design, now | recovering | held, severity);
+        let over = over(&images); //                                                            is the fault still there?
+        let steady = Flag::reached(self.steady, rules.steady);
+        let evidence = Evidence { severity, gone: keep.or_zero(over * rules.per_sample), steady };
+        let Outcome { up: now, new, recovering, settling } = self.alarm.step(rules, up, &evidence);
+        let now = now | (Flag::new(design.latch) & up);
+        self.follow(design, keep, recovering, deviation);
+        self.look_at_fault(design, rules, count, now & !recovering & Flag::negative(over), &images);
         verdict.severity = severity;
-        verdict.alarm_since = select_unpredictable(new, verdict.sample, verdict.alarm_since);
-        let named = self.still >= rules.named_after;
-        verdict.standing = Standing::new(now, recovering, named, held, self.losses.stuck(), self.losses.silent());
+        self.learn(design, count, now | recovering, held, &verdict.severity);
+        verdict.alarm_since = new.choose_long(verdict.sample, verdict.alarm_since);
+        let named = Flag::reached(self.still, rules.named_after);
+        verdict.standing =
+            Standing::new([now, recovering, named, held, settling], self.losses.stuck(), self.losses.silent());
+    }
+
+    /// Looks at the sensor whose turn it is.
+    #[inline(always)]
+    fn sense(&mut self, count: u32, readings: &[f32; 3]) {
+        let turn = (count % ROUND) as usize;
+        if let (Some(x), Some(stuck_below)) = (readings.get(turn), self.known.stuck_below.get(turn)) {
+            let activity = self.senses.step(turn, *x);
+            self.losses.step(turn, *x, activity, *stuck_below);
+        }
     }
 
     /// Deviations from the mean; and whether the sample says nothing, because a channel that is not lost has no reading, or
     /// two channels are lost, or the metrics do not know yet which one is.
     #[inline(always)]
-    fn deviation(&self, fit: [bool; 3], x: [f32; 3]) -> ([f32; 3], bool) {
+    fn deviation(&self, x: [f32; 3]) -> ([f32; 3], Flag) {
         let lost = self.losses.lost();
-        let [a, b, c] = fit;
-        let unfit = u32::from(!a) | u32::from(!b) << 1 | u32::from(!c) << 2;
-        let several = lost & lost.wrapping_sub(1) != 0;
-        let held = (unfit & !lost != 0) | several | (lost != self.blind);
-        let mut d = difference(difference(x, self.known.model.mean), self.known.drift);
-        for (position, (d, sigma)) in d.iter_mut().zip(self.known.model.sigma).enumerate() {
-            let (reach, there) = (REACH_SIGMAS * sigma, (unfit | lost) >> position & 1 == 0);
-            *d = select_unpredictable(there & !held, at_most(at_least(*d, -reach), reach), 0.0);
+        let [a, b, c] = x.map(|x| Flag::unfit(x).bit());
+        let unfit = a | b << 1 | c << 2;
+        let several = lost & lost.wrapping_sub(1);
+        let held = Flag::any((unfit & !lost) | several | (lost ^ u32::from(self.blind)));
+        // No bit, if the sample says nothing.
+        let there = !(unfit | lost) & held.bit().wrapping_sub(1);
+        let mut d = difference(x, self.centre);
+        for (place, (d, sigma)) in d.iter_mut().zip(self.known.model.sigma).enumerate() {
+            let reach = f32::from_bits(sigma.to_bits() + (REACH_OCTAVES << 23)); // the exponent, grown
+            *d = Flag::or_zero_by(there, place as u32, within(*d, reach));
         }
         (d, held)
     }
 
     #[inline(always)]
     fn images(&self) -> Images {
+        let [by_fast, by_middle, by_slow, _] = self.metrics.map(|metric| metric.unpacked());
         Images {
-            fast: self.image(FAST, self.fast),
-            middle: self.image(MIDDLE, self.middle),
-            estimate: self.image(SLOW, self.estimate),
-            estimate_by_middle: self.image(MIDDLE, self.estimate),
+            fast: by_fast.times(self.fast),
+            middle: by_middle.times(self.middle),
+            estimate: by_slow.times(self.estimate),
+            estimate_by_middle: by_middle.times(self.estimate),
         }
     }
 
-    /// A smoothed deviation in the metric of a time scale, without what a lost channel could explain.
-    #[inline(always)]
-    fn image(&self, place: usize, y: [f32; 3]) -> [f32; 3] {
-        let Some((scale, blind)) = self.known.model.scales.get(place).zip(self.blinds.get(place)) else {
-            return [0.0; 3];
-        };
-        let image = scale.metric.times(y);
-        let along = inner(*blind, image);
-        difference(image, blind.map(|b| b * along))
-    }
-
-    /// The distance (1.6) of each time scale, all components retained, in units of its limit.
+    /// The distance (1.6) of each time scale, all components retained, in units of its limit; of the trend as last found.
     #[inline(always)]
     fn severity(&self, images: &Images) -> [f32; SCALES] {
-        let widened = select_unpredictable(self.known.unproven > 0, 1.0 / UNPROVEN, 1.0);
-        let mut severity = [images.fast, images.middle, images.estimate].map(square);
-        for (severity, per_limit) in severity.iter_mut().zip(self.known.per_limit) {
-            *severity *= per_limit * widened;
-        }
-        severity
+        let [fast, middle, slow] = [images.fast, images.middle, images.estimate].map(square);
+        let [per_fast, per_middle, per_slow, _] = self.per_limit;
+        [fast * per_fast, middle * per_middle, slow * per_slow, self.trending]
     }
 
-    /// ln of the likelihood of the sample where the fault is gone over that where it stands as estimated.
+    /// Moves the slow scale. While the loop recovers it waits at health, and so does the trend.
+    #[inline(always)]
+    fn follow(&mut self, design: &Design, keep: Flag, recovering: Flag, deviation: [f32; 3]) {
+        let [_, _, of_slow, _] = &design.scales;
+        self.gain = greater(self.gain / (1.0 + self.gain), of_slow.weight());
+        let stays = (!recovering).or_zero(1.0);
+        self.estimate = smoothed(self.estimate, keep.or_zero(self.gain), deviation).map(|e| stays * e);
+        self.trending *= stays;
+        self.disturbed = self.disturbed | recovering;
+    }
+
+    /// Asks one of two questions about the fault, in slots that look at no sensor: whether the loop is moving (the fast scale runs
+    /// ahead of the middle one), and whether the middle scale is far from the estimate.
     ///
-    /// Of a deviation y and an estimate f it is |f|^2/2 - y'f. Of the middle scale and by its metric, so that noise counts by
-    /// its memory; one sample is the share of it that a sample has in what that scale averages.
+    /// If it is, and an alarm `stands` by a fault that is not on its way out, the estimate begins again where the fault has come
+    /// to stand: not while the loop is moving, for then it is the memory of the fault by which its end is seen.
     #[inline(always)]
-    fn gone(&self, design: &Design, images: &Images) -> f32 {
-        let [_, of_middle, _] = &design.scales;
-        let estimate = images.estimate_by_middle;
-        (0.5 * square(estimate) - inner(images.middle, estimate)) * of_middle.variance_ratio()
+    fn look_at_fault(&mut self, design: &Design, rules: &Rules, count: u32, stands: Flag, images: &Images) {
+        let ([by_fast, ..], [per_fast, per_middle, ..]) = (&self.metrics, self.known.per_limit);
+        let by_fast = by_fast.unpacked();
+        if count % ROUND != ROUND - 1 {
+            return;
+        }
+        if count & ROUND == 0 {
+            let moving = differ(per_fast / MOVING_SHARE, images.fast, by_fast.times(self.middle));
+            self.steady = (!moving).count(self.steady, rules.steady);
+            return;
+        }
+        let far = differ(per_middle, images.middle, images.estimate_by_middle);
+        self.still = (!far).count(self.still, rules.named_after);
+        let again = stands & far & Flag::reached(self.steady, rules.steady);
+        let [_, of_middle, ..] = &design.scales;
+        self.gain = again.choose(of_middle.weight(), self.gain);
+        self.estimate = smoothed(self.estimate, again.or_zero(1.0), self.middle);
     }
 
-    /// Moves the slow scale.
-    ///
-    /// While an alarm stands it begins again where the fault has come to stand elsewhere: not while the loop is moving, for
-    /// then the estimate is the memory of the fault by which its end is seen.
+    /// What is learned while judging: the tail of each distance, one a slot; mean and metrics; which channel the metrics do
+    /// without.
     #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "what a slot brings, in scalars that stay in registers")]
-    fn follow(
-        &mut self,
-        design: &Design,
-        rules: &Rules,
-        held: bool,
-        up: bool,
-        recovering: bool,
-        deviation: [f32; 3],
-        images: &Images,
-    ) {
-        let [_, of_middle, of_slow] = &design.scales;
-        let again = up & self.has_moved(rules, images);
-        self.gain = at_least(self.gain / (1.0 + self.gain), of_slow.weight());
-        self.gain = select_unpredictable(again, of_middle.weight(), self.gain);
-        let weight = select_unpredictable(held, 0.0, self.gain);
-        for ((e, middle), d) in self.estimate.iter_mut().zip(self.middle).zip(deviation) {
-            let from = select_unpredictable(again, middle, *e);
-            *e = select_unpredictable(recovering, 0.0, from + weight * (d - from));
+    fn learn(&mut self, design: &Design, count: u32, suspected: Flag, held: Flag, severity: &[f32; SCALES]) {
+        let scale = (count % ROUND) as usize;
+        if let Some((peak, severity)) = self.known.peak.get_mut(scale).zip(severity.get(scale)) {
+            // What raises an alarm is no tail, nor is what came before it.
+            *peak = (!suspected).or_zero(greater(*peak, *severity));
+        }
+        let turn = count % PERIOD;
+        if turn < TURNS {
+            let [fast, middle, slow, trend] = severity.map(|severity| Flag::below(severity, SUSPECTED_FROM));
+            let suspected = suspected | held | Flag::any(self.losses.lost()) | !(fast & middle & slow & trend);
+            self.take_turn(design, suspected, turn as usize);
         }
     }
 
-    /// Whether the fault has come to stand elsewhere than it is estimated. One slot asks whether the loop is moving (the fast
-    /// scale runs ahead of the middle one), the next whether the middle scale is far from the estimate.
-    #[inline(always)]
-    fn has_moved(&mut self, rules: &Rules, images: &Images) -> bool {
-        let [per_fast, per_middle, _] = self.known.per_limit;
-        if self.slots.is_multiple_of(2) {
-            let moving = differ(per_fast / MOVING_SHARE, images.fast, self.image(FAST, self.middle));
-            self.steady = select_unpredictable(moving, 0, self.steady.saturating_add(2));
-            return false;
-        }
-        let before = images.estimate_by_middle;
-        let far = differ(per_middle, images.middle, before);
-        self.still = select_unpredictable(far, 0, self.still.saturating_add(2));
-        // Nearer to health than to the estimate, it is on its way out.
-        let on_its_way_out = inner(images.middle, before) < 0.5 * square(before);
-        far & !on_its_way_out & (self.steady >= rules.steady)
-    }
-
-    /// What is learned while judging: the tail of each distance, mean and metrics, which channel the metrics do without.
-    #[inline(always)]
-    fn learn(&mut self, design: &Design, suspected: bool, severity: [f32; SCALES]) {
-        self.prove(design, suspected, severity);
-        let suspected = suspected | (self.losses.lost() != 0) | !quiet(severity);
-        let turn = self.slots % PERIOD;
-        if turn <= SCALES as u32 + 1 {
-            self.take_turn(design, suspected, turn);
-        }
-        self.slots = self.slots.wrapping_add(1);
-    }
-
-    /// What one slot in a period does beside judging. Whose turn it is, the count of slots says.
+    /// What a few slots in a period do beside judging, each its own: they sharpen a scale, let the mean follow, or work out how a
+    /// scale judges. What is lost is the same for all three; until the last is done, nothing is judged if that is another channel
+    /// than before.
     #[inline(never)]
-    fn take_turn(&mut self, design: &Design, suspected: bool, turn: u32) {
-        if turn <= SCALES as u32 {
-            self.known.sharpen(design, suspected, turn, [self.fast, self.middle, self.estimate]);
-        } else {
-            self.do_without_the_lost();
+    fn take_turn(&mut self, design: &Design, suspected: Flag, turn: usize) {
+        if let Some((y, per_limit)) =
+            [self.fast, self.middle, self.estimate, self.trend].get(turn).zip(self.per_limit.get_mut(turn))
+        {
+            *per_limit = self.known.sharpen(design, suspected, turn, *y).unwrap_or(*per_limit);
+            return;
+        }
+        let Some(place) = turn.checked_sub(SCALES + 1) else {
+            self.known.follow(design, suspected, self.middle);
+            self.known.prove();
+            self.centre = self.known.centre();
+            self.blind_next = self.losses.lost() as u8;
+            return;
+        };
+        if let Some((metric, scale)) = self.metrics.get_mut(place).zip(self.known.model.scales.get(place)) {
+            *metric = Packed::of(&scale.metric.unpacked().without(u32::from(self.blind_next)));
+        }
+        if place == TREND {
+            self.blind = self.blind_next;
+        }
+        if place == SCALES {
+            self.move_trend(design);
         }
     }
 
-    /// Works out what the metrics must leave out so that a lost channel counts for nothing.
-    ///
-    /// The least distance over all values of a channel is what is left when w = U y loses its part along the channel's column
-    /// of U: the distance of the pair that does not use it.
+    /// Moves the trend by what the middle scale is now.
     #[inline(always)]
-    fn do_without_the_lost(&mut self) {
-        self.blind = self.losses.lost();
-        for (blind, scale) in self.blinds.iter_mut().zip(&self.known.model.scales) {
-            let lost = [0, 1, 2].map(|position| (self.blind >> position & 1) as f32);
-            let column = scale.metric.rows().map(|row| inner(row, lost));
-            let per_length = reciprocal_sqrt(at_least(square(column), 1e-30));
-            *blind = column.map(|cell| cell * per_length);
-        }
+    fn move_trend(&mut self, design: &Design) {
+        let ([.., of_trend], [.., by_trend], [.., per_trend]) = (&design.scales, &self.metrics, &self.per_limit);
+        let from = self.trend.map(|trend| (!self.disturbed).or_zero(trend));
+        self.trend = smoothed(from, of_trend.weight(), self.middle);
+        self.trending = by_trend.unpacked().square_of(self.trend) * per_trend;
+        self.disturbed = Flag::default();
     }
+}
 
-    /// Gathers the tail that limits are refined by; at its end refines them.
-    #[inline(always)]
-    fn prove(&mut self, design: &Design, suspected: bool, severity: [f32; SCALES]) {
-        for (peak, severity) in self.known.peak.iter_mut().zip(severity) {
-            // Of the limit as it is, not as it was widened; and what raises an alarm is no tail.
-            *peak = select_unpredictable(suspected, *peak, at_least(*peak, severity * UNPROVEN));
-        }
-        if self.known.unproven == 1 {
-            self.known.prove(design);
-        }
-        self.known.unproven = self.known.unproven.saturating_sub(1);
-    }
+/// ln of the likelihood of the middle scale where the fault is gone over that where it stands as estimated.
+///
+/// Of a deviation y and an estimate f it is |f|^2/2 - y'f. By that scale's metric, so that noise counts by its memory; one
+/// sample is the share of it that a sample has in what the scale averages. Where it is positive the motor is nearer to health
+/// than to the fault: if that has moved, it is on its way out.
+#[inline(always)]
+fn over(images: &Images) -> f32 {
+    let estimate = images.estimate_by_middle;
+    0.5 * square(estimate) - inner(images.middle, estimate)
 }
 
 /// Whether two images differ by more than noise (given as its reciprocal), and by more than a share of the second.
 #[inline(always)]
-fn differ(per_noise: f32, a: [f32; 3], b: [f32; 3]) -> bool {
-    (square(difference(a, b)) - MOVED_SHARE * MOVED_SHARE * square(b)) * per_noise > 1.0
-}
-
-/// Whether every distance is so far below its limit that nothing is suspected.
-#[inline(always)]
-fn quiet(severity: [f32; SCALES]) -> bool {
-    severity.iter().fold(true, |all, severity| all & (*severity < SUSPECTED_FROM))
+fn differ(per_noise: f32, a: [f32; 3], b: [f32; 3]) -> Flag {
+    let beyond = (square(difference(a, b)) - MOVED_SHARE * MOVED_SHARE * square(b)) * per_noise - 1.0;
+    !Flag::negative(beyond)
 }
 
 impl Judge {
@@ -351,16 +297,30 @@ impl Judge {
 
     /// Whether the estimate has not yet averaged for as long as the slow scale does.
     pub(super) fn is_young(&self, design: &Design) -> bool {
-        let [_, _, of_slow] = &design.scales;
+        let [_, _, of_slow, _] = &design.scales;
         self.gain > of_slow.weight()
     }
 
-    /// The noise in the estimate: that of the slow scale, by how much more or less the estimate averages than the slow scale
-    /// does.
-    pub(super) fn noise(&self, design: &Design) -> Noise {
-        let ([_, _, slow], [_, _, of_slow]) = (&self.known.model.scales, &design.scales);
+    /// What is known of the fault: where the readings have moved to, and the noise in that. It is the estimate, or the trend where
+    /// only that is beyond its limit.
+    pub(super) fn located(&self, design: &Design, severity: &[f32; SCALES]) -> ([f32; 3], Noise) {
+        let [.., slow, trend] = severity;
+        let [.., of_slow, _] = &design.scales;
+        let [.., metric_of_slow, metric_of_trend] = &self.known.model.scales;
+        if *slow < 1.0 && slow < trend {
+            return (self.trend, self.noise(&metric_of_trend.metric, 1.0, SETTLED_TO));
+        }
+        // By how much more or less the estimate averages than the slow scale does.
         let more = self.gain / (2.0 - self.gain) / of_slow.variance_ratio();
-        let mut covariance = slow.metric.covariance().map(|column| column.map(|c| c * more));
+        let [_, of_middle, ..] = &design.scales;
+        let young = self.gain / of_middle.weight();
+        let settled_to = SETTLED_TO + (SETTLED_TO_AT_FIRST - SETTLED_TO) * young.min(1.0);
+        (self.estimate, self.noise(&metric_of_slow.metric, more, settled_to))
+    }
+
+    /// So many times the variance that a metric is of.
+    fn noise(&self, metric: &Packed, times: f32, settled_to: f32) -> Noise {
+        let mut covariance = metric.unpacked().covariance().map(|column| column.map(|c| c * times));
         // Of a lost channel nothing is known.
         for (i, column) in covariance.iter_mut().enumerate() {
             for (j, (cell, sigma)) in column.iter_mut().zip(self.known.model.sigma).enumerate() {
@@ -370,9 +330,6 @@ impl Judge {
                 }
             }
         }
-        let [_, of_middle, _] = &design.scales;
-        let young = self.gain / of_middle.weight();
-        let settled_to = SETTLED_TO + (SETTLED_TO_AT_FIRST - SETTLED_TO) * at_most(young, 1.0);
         Noise { covariance, sigma: self.known.model.sigma, settled_to }
     }
 }

@@ -5,7 +5,6 @@
 //! brought to the length at which its share of the distance is one on average.
 
 use super::design::Design;
-use crate::ewma::Ewma;
 use crate::moments::LearnError;
 use crate::triangle::Triangle;
 
@@ -29,10 +28,23 @@ pub(super) struct Level {
 }
 
 impl Level {
-    /// Of a scale whose metric was learned from a window of so many slots, with so many degrees of freedom.
-    pub(super) fn new(design: &Design, scale: &Ewma, slots: f32, degrees_of_freedom: f32) -> Result<Self, LearnError> {
-        let limit = |degrees| design.limit(scale, degrees).map_err(|_| LearnError::TooShort { samples: slots as u32 });
-        let (base, per_slot) = (limit(1e6)?, scale.variance_ratio());
+    pub(super) const BLANK: Self = Level { base: 0.0, growth: 0.0, per_slot: 0.0, borrowed: 0.0 };
+
+    pub(super) fn each_number(&mut self, f: &mut impl FnMut(&mut f32)) {
+        [&mut self.base, &mut self.growth, &mut self.per_slot, &mut self.borrowed].into_iter().for_each(f);
+    }
+
+    /// Of the scale at this place, whose metric was learned from a window of so many slots with so many degrees of freedom, and
+    /// which has so many independent samples in a slot.
+    pub(super) fn new(
+        design: &Design,
+        place: usize,
+        slots: f32,
+        degrees_of_freedom: f32,
+        per_slot: f32,
+    ) -> Result<Self, LearnError> {
+        let limit = |degrees| design.limit(place, degrees).map_err(|_| LearnError::TooShort { samples: slots as u32 });
+        let base = limit(1e6)?;
         let degrees = degrees_of_freedom.max(DEGREES_FROM);
         // Less than in proportion at more degrees of freedom than these: limits err on the wide side.
         let growth = degrees * (limit(degrees)? / base - 1.0);

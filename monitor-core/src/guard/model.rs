@@ -2,15 +2,15 @@
 
 use super::design::Design;
 use super::direction::Covariance;
+use super::flag::{greater, lesser, positive_part};
 use super::level::Level;
 use super::window::{MIDDLE, Window};
-use super::{SCALES, at_least, at_most, difference};
-use crate::ewma::Ewma;
+use super::{SCALES, TREND, difference};
 use crate::moments::{LearnError, Statistics};
 use crate::pca::{ExplainedShare, Pca};
 use crate::root::{reciprocal_sqrt, square_root};
 use crate::sample::Channel;
-use crate::triangle::Triangle;
+use crate::triangle::{Packed, Triangle};
 
 /// Smallest variance of a component of the standardized channels, of a total of three: a hundredth of a sigma. What moves
 /// less is rounding of the converters and of the correlation, and a fault must not be called by it.
@@ -30,7 +30,7 @@ const NOISE_MEMORY: f32 = 3.0;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Scale {
     /// |U y|^2 is the distance (1.6) of smoothed deviations y, all components retained.
-    pub(super) metric: Triangle<3>,
+    pub(super) metric: Packed,
     /// The diagonal as learned: how far the metric may be sharpened is bounded by it.
     learned: [f32; 3],
     pub(super) level: Level,
@@ -42,17 +42,27 @@ const WIDER_TO: f32 = 2.0;
 const NARROWER_TO: f32 = 0.7;
 
 impl Scale {
+    const BLANK: Self =
+        Scale { metric: Packed::of(&Triangle::from_upper([[0.0; 3]; 3])), learned: [0.0; 3], level: Level::BLANK };
+
+    fn each_number(&mut self, f: &mut impl FnMut(&mut f32)) {
+        self.metric.cells().iter_mut().chain(&mut self.learned).for_each(&mut *f);
+        self.level.each_number(f);
+    }
+
     /// Brings the metric a step nearer to where smoothed deviations are white ([`Triangle::whiten`]).
     #[inline(always)]
     pub(super) fn sharpen(&mut self, y: [f32; 3], gain: f32) {
-        self.metric.whiten(y, gain);
+        let mut metric = self.metric.unpacked();
+        metric.whiten(y, gain);
         let mut back = [1.0; 3];
-        for (back, (now, learned)) in back.iter_mut().zip(self.metric.diagonal().into_iter().zip(self.learned)) {
+        for (back, (now, learned)) in back.iter_mut().zip(metric.diagonal().into_iter().zip(self.learned)) {
             // Rows may point either way.
             let share = now / learned;
-            *back = at_most(at_least(share, 1.0 / WIDER_TO), 1.0 / NARROWER_TO) / share;
+            *back = lesser(greater(positive_part(share), 1.0 / WIDER_TO), 1.0 / NARROWER_TO) / share;
         }
-        self.metric.scale_rows(back);
+        metric.scale_rows(back);
+        self.metric = Packed::of(&metric);
     }
 }
 
@@ -81,6 +91,19 @@ pub struct Quality {
 }
 
 impl Model {
+    pub(super) const BLANK: Self = Model { mean: [0.0; 3], sigma: [0.0; 3], scales: [Scale::BLANK; SCALES] };
+
+    pub(super) fn each_number(&mut self, f: &mut impl FnMut(&mut f32)) {
+        self.mean.iter_mut().chain(&mut self.sigma).for_each(&mut *f);
+        self.scales.iter_mut().for_each(|scale| scale.each_number(f));
+    }
+
+    /// Whether samples can be judged by it, its numbers being finite.
+    pub(super) fn is_usable(&self) -> bool {
+        let scales = self.scales.iter().flat_map(|scale| scale.learned);
+        self.sigma.iter().all(|sigma| *sigma > 0.0) && scales.into_iter().all(|cell| cell.abs() > 0.0)
+    }
+
     /// Learns from a window. The eigen-solver runs here: outside the sampling interrupt.
     ///
     /// # Errors
@@ -95,35 +118,36 @@ impl Model {
             return Err(LearnError::Clipped);
         }
         let drift_sigmas = drift(window, design, &raw, &middle)?;
-        let [of_fast, of_middle, of_slow] = design.scales;
+        let ratios @ [of_fast, of_middle, of_slow, of_trend] = design.variance_ratios();
         let n = window.slots as f32;
-        let (fast, _) = metric(&fast, &of_fast, design)?;
-        let (middle, _) = metric(&middle, &of_middle, design)?;
-        // A window holds few independent samples of the slow scale. Its metric is the middle scale's, for so much less
+        let (fast, _) = metric(&fast, of_fast, design)?;
+        let (middle, _) = metric(&middle, of_middle, design)?;
+        // A window holds few independent samples of the slower scales. Their metrics are the middle scale's, for so much less
         // noise as more averaging leaves; where the window shows more than that, noise has a memory, and it counts.
-        let (mut of_more_averaging, seen) = (middle, slow.covariance.data.0);
-        of_more_averaging.scale_rows([square_root(of_middle.variance_ratio() / of_slow.variance_ratio()); 3]);
-        let excess = of_more_averaging.mean_squares_of(&seen);
-        let mut slow = of_more_averaging;
-        slow.scale_rows(excess.map(|excess| reciprocal_sqrt(excess.max(1.0))));
+        let averaged = |ratio: f32| {
+            let mut metric = middle;
+            metric.scale_rows([square_root(of_middle / ratio); 3]);
+            metric
+        };
+        let (mut slow, mut trend, seen) = (averaged(of_slow), averaged(of_trend), slow.covariance.data.0);
+        let excess = slow.mean_squares_of(&seen);
+        let of_memory = excess.map(|excess| reciprocal_sqrt(excess.max(1.0)));
+        slow.scale_rows(of_memory);
+        trend.scale_rows(of_memory);
         let slow_variance_ratio = excess.iter().sum::<f32>() / 3.0;
-        let (_, condition) = metric(&raw, &Ewma::with_time_constant(0.0, 1.0).unwrap_or(of_fast), design)?;
-        let scale = |metric, scale: &Ewma, of: &Ewma| {
-            Ok::<_, LearnError>(Scale {
-                metric,
-                learned: metric.diagonal(),
-                level: Level::new(design, scale, n, n * of.variance_ratio())?,
-            })
+        let (_, condition) = metric(&raw, 1.0, design)?;
+        let scale = |place: usize, metric: Triangle<3>| {
+            let per_slot = ratios.get(place).copied().unwrap_or(of_trend);
+            // What the slower ones rest on is the middle scale's.
+            let degrees = n * per_slot.max(of_middle);
+            let level = Level::new(design, place, n, degrees, per_slot)?;
+            Ok::<_, LearnError>(Scale { metric: Packed::of(&metric), learned: metric.diagonal(), level })
         };
         let mut mean = window.centre;
         for (m, d) in mean.iter_mut().zip(window.moments.get(MIDDLE).map(|m| m.mean()).unwrap_or_default()) {
             *m += d;
         }
-        let scales = [
-            scale(fast, &of_fast, &of_fast)?,
-            scale(middle, &of_middle, &of_middle)?,
-            scale(slow, &of_slow, &of_middle)?,
-        ];
+        let scales = [scale(0, fast)?, scale(1, middle)?, scale(2, slow)?, scale(TREND, trend)?];
         let model = Model { mean, sigma: raw.sigma().into(), scales };
         let samples = window.slots;
         Ok((model, Quality { samples, clipped_share, condition, drift_sigmas, slow_variance_ratio }))
@@ -143,8 +167,8 @@ impl Model {
 }
 
 /// The metric of smoothed channels, and the condition number of their correlation.
-fn metric(statistics: &Statistics<3>, scale: &Ewma, design: &Design) -> Result<(Triangle<3>, f32), LearnError> {
-    let floored = design.floored(statistics, scale.variance_ratio());
+fn metric(statistics: &Statistics<3>, variance_ratio: f32, design: &Design) -> Result<(Triangle<3>, f32), LearnError> {
+    let floored = design.floored(statistics, variance_ratio);
     let all = ExplainedShare::new(1.0)?;
     let pca = Pca::of_correlation(&floored.correlation(), all)?;
     let sigma: [f32; 3] = floored.sigma().into();
@@ -162,12 +186,12 @@ fn metric(statistics: &Statistics<3>, scale: &Ewma, design: &Design) -> Result<(
 /// How far the mean moved from the first half of the window to the second, in sigmas of the channel that moved most.
 fn drift(window: &Window, design: &Design, raw: &Statistics<3>, middle: &Statistics<3>) -> Result<f32, LearnError> {
     let whole: [f32; 3] = middle.mean.into();
-    let [_, of_middle, _] = design.scales;
+    let [_, of_middle, ..] = design.variance_ratios();
     let (sigma, smoothed): ([f32; 3], [f32; 3]) = (raw.sigma().into(), middle.sigma().into());
     // Of the difference of two halves, each with half the window's independent samples.
-    let per_sigma = 2.0 * reciprocal_sqrt((window.slots as f32 * of_middle.variance_ratio()).max(1.0));
+    let per_sigma = 2.0 * reciprocal_sqrt((window.slots as f32 * of_middle).max(1.0));
     let mut largest = 0.0;
-    let white = square_root(of_middle.variance_ratio());
+    let white = square_root(of_middle);
     for (position, ((moved, s), smoothed)) in
         difference(whole, window.first_half).into_iter().zip(sigma).zip(smoothed).enumerate()
     {

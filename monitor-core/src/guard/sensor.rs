@@ -4,9 +4,7 @@
 //! stuck sensor's falls to zero, a dying one's collapses, and readings that repeat because the converter is coarse are in
 //! what was learned. No count of repeats has to be chosen.
 
-use core::hint::select_unpredictable;
-
-use super::at_most;
+use super::flag::{Flag, lesser};
 
 /// Slots of a round: each channel is looked at once in it, so that no slot looks at all of them.
 pub(super) const ROUND: u32 = 4;
@@ -27,43 +25,46 @@ const AGAIN: f32 = 4.0;
 /// back: 16 slots.
 const RUN: u32 = 4;
 
-/// Rounds until the mean square has forgotten where it started.
-const WARM_UP: u32 = 64;
+/// Rounds until the mean square has forgotten where it started: four of its time constants.
+const WARM_UP: u32 = 32;
 
 /// One channel: the reading before, and the mean square of the changes.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Sense {
+    /// No number before the first.
     previous: f32,
     activity: f32,
 }
 
 /// What moves.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Senses {
     channels: [Sense; 3],
-    slots: u32,
 }
 
 impl Senses {
-    /// Takes the reading whose turn it is, if it is fit.
-    #[inline(always)]
-    pub(super) fn step(&mut self, fit: [bool; 3], x: [f32; 3]) {
-        let turn = (self.slots % ROUND) as usize;
-        self.slots = self.slots.wrapping_add(1);
-        let Some(((sense, fit), x)) = self.channels.get_mut(turn).zip(fit.get(turn)).zip(x.get(turn)) else { return };
-        let x = select_unpredictable(*fit, *x, sense.previous);
-        let change = x - sense.previous;
-        // What a wild reading leaves behind must be able to fade.
-        let square = at_most(change * change, 1e30);
-        let weight = select_unpredictable(*fit, WEIGHT, 0.0);
-        sense.activity += weight * (square - sense.activity);
-        sense.previous = x;
+    /// Of sensors that have said nothing yet.
+    pub(super) const NONE: Self = Senses { channels: [Sense { previous: f32::NAN, activity: 0.0 }; 3] };
+
+    /// Lets a first reading be no change.
+    pub(super) fn begin(&mut self, turn: usize, x: f32) {
+        if let Some(sense) = self.channels.get_mut(turn).filter(|sense| sense.previous.is_nan() && x.is_finite()) {
+            sense.previous = x;
+        }
     }
 
-    /// The channel that the slot just taken has looked at.
+    /// Takes the reading of the channel whose turn it is, if it is fit. Returns the channel's activity.
     #[inline(always)]
-    const fn turn(&self) -> usize {
-        (self.slots.wrapping_sub(1) % ROUND) as usize
+    pub(super) fn step(&mut self, turn: usize, x: f32) -> f32 {
+        let Some(sense) = self.channels.get_mut(turn) else { return 0.0 };
+        let fit = !Flag::unfit(x);
+        let x = fit.choose(x, sense.previous);
+        let change = x - sense.previous;
+        // What a wild reading leaves behind must be able to fade.
+        let square = lesser(change * change, 1e30);
+        sense.activity += fit.or_zero(WEIGHT) * (square - sense.activity);
+        sense.previous = x;
+        sense.activity
     }
 }
 
@@ -78,8 +79,9 @@ pub(super) struct Activity {
 impl Activity {
     pub(super) const NONE: Self = Activity { least: [f32::MAX; 3], mean: [0.0; 3], slots: 0.0 };
 
-    pub(super) fn push(&mut self, senses: &Senses) {
-        if senses.slots < WARM_UP * ROUND {
+    /// Takes what the senses say after so many slots.
+    pub(super) fn push(&mut self, senses: &Senses, slots: u32) {
+        if slots < WARM_UP * ROUND {
             return;
         }
         self.slots += 1.0;
@@ -89,8 +91,11 @@ impl Activity {
         }
     }
 
-    /// Below these a channel is stuck.
+    /// Below these a channel is stuck. After a window so short that nothing was seen, none ever is.
     pub(super) fn stuck_below(&self) -> [f32; 3] {
+        if !(self.slots > 0.0) {
+            return [0.0; 3];
+        }
         let mut below = self.least;
         for (below, mean) in below.iter_mut().zip(self.mean) {
             let share = *below / mean.max(f32::MIN_POSITIVE);
@@ -110,19 +115,18 @@ pub(super) struct Losses {
 }
 
 impl Losses {
-    /// Judges the channel that the slot has looked at.
+    /// Judges the channel that the slot has looked at, by its reading and its activity.
     #[inline(always)]
-    pub(super) fn step(&mut self, fit: [bool; 3], senses: &Senses, stuck_below: &[f32; 3]) {
-        let turn = senses.turn();
-        let seen =
-            senses.channels.get(turn).zip(stuck_below.get(turn)).zip(fit.get(turn).zip(self.unfit.get_mut(turn)));
-        let Some(((sense, level), (fit, run))) = seen else { return };
-        let bit = 1 << turn;
-        let level = select_unpredictable(self.stuck & bit != 0, AGAIN * level, *level);
-        self.stuck = select_unpredictable(sense.activity < level, self.stuck | bit, self.stuck & !bit);
-        *run = select_unpredictable(*fit, run.saturating_sub(1), (*run + 1).min(RUN));
-        let silent = (*run >= RUN) | ((self.silent & bit != 0) & (*run > 0));
-        self.silent = select_unpredictable(silent, self.silent | bit, self.silent & !bit);
+    pub(super) fn step(&mut self, turn: usize, x: f32, activity: f32, stuck_below: f32) {
+        let Some(run) = self.unfit.get_mut(turn) else { return };
+        let place = turn as u32;
+        let unfit = Flag::unfit(x);
+        let level = Flag::of(self.stuck, place).choose(AGAIN, 1.0) * stuck_below;
+        self.stuck = self.stuck & !(1 << place) | Flag::below(activity, level).bit() << place;
+        let (longer, shorter) = (unfit & !Flag::reached(*run, RUN), !unfit & Flag::any(*run));
+        *run = *run + longer.bit() - shorter.bit();
+        let silent = Flag::reached(*run, RUN) | (Flag::of(self.silent, place) & Flag::any(*run));
+        self.silent = self.silent & !(1 << place) | silent.bit() << place;
     }
 
     pub(super) const fn stuck(&self) -> u32 {

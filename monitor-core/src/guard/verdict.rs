@@ -1,6 +1,7 @@
 //! What a monitor in `guard` mode says of one sample.
 
 use super::SCALES;
+use super::flag::Flag;
 use crate::sample::Channel;
 use crate::verdict::Absence;
 
@@ -8,7 +9,8 @@ use crate::verdict::Absence;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Phase {
-    /// Waiting for the loop to settle.
+    /// Waiting for the loop to settle after a change of the set point: for a fixed time before learning, and until it is seen
+    /// to have settled where the set point is known.
     #[default]
     Settling,
     /// Gathering the seeding windows, by which spikes will be known.
@@ -19,8 +21,7 @@ pub enum Phase {
     ModelDue,
     /// Every sample is judged.
     Monitoring,
-    /// Nothing is known of this set point, and it was reached while a fault was suspected: what would be learned now might
-    /// be the fault.
+    /// Nothing is known of this set point, and a fault is suspected: what would be learned now might be the fault.
     Withheld,
 }
 
@@ -49,15 +50,16 @@ const LATE: u32 = 1 << 10;
 const MISSING: u32 = 1 << 11;
 const SET_POINT: u32 = 1 << 12;
 const GAP: u32 = 1 << 13;
+const SETTLING_SHIFT: u32 = 14;
+const SETTLING: u32 = 1 << SETTLING_SHIFT;
 
 impl Standing {
     #[inline(always)]
-    pub(super) fn new(alarm: bool, recovering: bool, named: bool, held: bool, stuck: u32, silent: u32) -> Self {
-        let flags = u32::from(alarm) | u32::from(recovering) << 1 | u32::from(named) << 2 | u32::from(held) << 3;
-        Standing(flags | stuck << STUCK_SHIFT | silent << SILENT_SHIFT)
+    pub(super) const fn new([alarm, recovering, named, held, settling]: [Flag; 5], stuck: u32, silent: u32) -> Self {
+        let flags = alarm.bit() | recovering.bit() << 1 | named.bit() << 2 | held.bit() << 3;
+        Standing(flags | settling.bit() << SETTLING_SHIFT | stuck << STUCK_SHIFT | silent << SILENT_SHIFT)
     }
 
-    #[inline(always)]
     pub(super) const fn alarm(self) -> bool {
         self.0 & ALARM != 0
     }
@@ -65,6 +67,10 @@ impl Standing {
     /// The same alarm, nothing else, and why the slot has no sample that was judged.
     pub(super) const fn unjudged(self, held: bool) -> Self {
         Standing(self.0 & ALARM | if held { HELD } else { 0 })
+    }
+
+    pub(super) const fn raised(self) -> Self {
+        Standing(self.0 | ALARM)
     }
 
     pub(super) const fn without_alarm(self) -> Self {
@@ -82,6 +88,11 @@ impl Standing {
             Absence::Missing => MISSING,
         };
         Standing(self.0 | why | if gap { GAP } else { 0 })
+    }
+
+    /// The same of the first slot at a known set point.
+    pub(super) const fn settling(self) -> Self {
+        Standing(self.0 | SETTLING)
     }
 
     pub(super) const fn without_set_point(self) -> Self {
@@ -114,7 +125,7 @@ impl Verdict {
     /// What the monitor is doing.
     #[must_use]
     pub const fn phase(&self) -> Phase {
-        self.phase
+        if self.standing.any(SETTLING) { Phase::Settling } else { self.phase }
     }
 
     /// The readings that the verdict is about, in the order of [`Channel::ALL`].
@@ -152,14 +163,13 @@ impl Verdict {
     /// The distance of each time scale in units of its limit; none when the sample was not judged.
     #[must_use]
     pub fn severity(&self) -> Option<[f32; SCALES]> {
-        (self.phase == Phase::Monitoring && !self.standing.any(HELD)).then_some(self.severity)
+        (self.phase == Phase::Monitoring && !self.standing.any(HELD | SETTLING)).then_some(self.severity)
     }
 
-    /// Whether the loop recovers from a fault or from a change of the set point: meanwhile only the fast scale can raise an
-    /// alarm.
+    /// Whether the loop recovers from a fault: meanwhile only the fast scale can raise an alarm.
     #[must_use]
     pub const fn recovering(&self) -> bool {
-        self.standing.any(RECOVERING)
+        self.standing.any(RECOVERING) && !self.standing.any(SETTLING)
     }
 
     /// Whether the deviation has stood still for long enough that a name can be given.

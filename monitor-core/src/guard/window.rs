@@ -1,6 +1,9 @@
 //! Phase I of `guard` mode: what a window of healthy samples leaves behind, in constant work and memory.
 
 use super::design::Design;
+use super::flag::Flag;
+use super::smoothed;
+use crate::ewma::Ewma;
 use crate::moments::{Clip, Moments, Statistics};
 
 /// Reach of the clip, in standard deviations of the seeding window: normal noise passes (one in 2 million), and a spike
@@ -41,17 +44,20 @@ impl Window {
     }
 
     /// Lets one slot go by; `held` if it has no sample that is fit.
-    pub(super) fn push(&mut self, design: &Design, held: bool, x: [f32; 3]) {
-        let (x, clipped) = self.clip.apply(if held { self.centre } else { x });
+    pub(super) fn push(&mut self, design: &Design, held: Flag, x: [f32; 3]) {
+        let (x, clipped) = self.clip.apply(if held.is_set() { self.centre } else { x });
         self.clipped += u32::from(clipped);
         let deviation = super::difference(x, self.centre);
-        for (state, scale) in self.smoothed.iter_mut().zip(&design.scales) {
-            scale.step(held, state, deviation);
-        }
-        let [fast, middle, slow] = self.smoothed;
+        // No loop: its condition would be asked once, by a branch, and not masked in each round.
+        let weight = |scale: &Ewma| (!held).or_zero(scale.weight());
+        let ([of_fast, of_middle, of_slow, _], [fast, middle, slow]) = (&design.scales, self.smoothed);
+        let fast = smoothed(fast, weight(of_fast), deviation);
+        let middle = smoothed(middle, weight(of_middle), deviation);
+        let slow = smoothed(slow, weight(of_slow), deviation);
+        self.smoothed = [fast, middle, slow];
         let turn = (self.slots % 4) as usize;
         if let (Some(moments), Some(y)) = (self.moments.get_mut(turn), [deviation, fast, middle, slow].get(turn)) {
-            moments.push_unless(held, *y);
+            moments.push_unless(held.is_set(), *y);
         }
         self.slots += 1;
         if self.slots == design.learn_slots / 2

@@ -157,7 +157,7 @@ pub(crate) enum StudyCommand {
         #[arg(long, value_name = "N", default_value_t = 2_000_000, allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
         steps: u64,
         /// Which monitor is measured
-        #[arg(long, value_enum, default_value_t = Mode::Paper)]
+        #[arg(long, value_enum, default_value_t = Mode::Guard)]
         mode: Mode,
         /// Seed of the random motor and the noise
         #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
@@ -179,7 +179,7 @@ fn share(text: &str) -> Result<f64, String> {
 #[derive(Debug, Args)]
 pub(crate) struct CommonArgs {
     /// Which monitor is studied
-    #[arg(long, value_enum, default_value_t = Mode::Paper)]
+    #[arg(long, value_enum, default_value_t = Mode::Guard)]
     pub(crate) mode: Mode,
     /// False alarms per hour that the limits are set for
     #[arg(long, value_name = "RATE", default_value_t = 0.1, allow_negative_numbers = true, value_parser = positive)]

@@ -12,14 +12,16 @@ pub struct ScaleLimits {
     pub middle: f64,
     /// Of the slow scale.
     pub slow: f64,
+    /// Of the slowest, the trend.
+    pub trend: f64,
 }
 
 impl ScaleLimits {
     /// As the core has them.
     #[must_use]
-    pub fn of([fast, middle, slow]: [f32; SCALES]) -> Self {
-        let [fast, middle, slow] = [fast, middle, slow].map(f64::from);
-        ScaleLimits { fast, middle, slow }
+    pub fn of(limits: [f32; SCALES]) -> Self {
+        let [fast, middle, slow, trend] = limits.map(f64::from);
+        ScaleLimits { fast, middle, slow, trend }
     }
 }
 

@@ -74,6 +74,32 @@ pub enum LogError {
         /// The line of the byte.
         line: u64,
     },
+    /// A file in Parquet is damaged, or written in a way that is not known here.
+    #[error(
+        "the Parquet log `{path}` cannot be read ({cause}); write it anew, compressed by snappy, zstd, gzip or lz4 if at all, or export it as CSV"
+    )]
+    Parquet {
+        /// The file.
+        path: String,
+        /// What is wrong with it.
+        cause: String,
+    },
+    /// A column of a log in Parquet holds no numbers.
+    #[error("column `{column}` of the log holds {kind}, and no numbers; cast it to DOUBLE, or choose another column")]
+    NotNumbers {
+        /// The column.
+        column: String,
+        /// What it holds.
+        kind: String,
+    },
+    /// The log is in Parquet, and the program was built without it.
+    #[error(
+        "the log `{path}` is in Parquet, which this program was built without; build it with its feature `parquet`, or export the log as CSV"
+    )]
+    WithoutParquet {
+        /// The file.
+        path: String,
+    },
     /// A row is longer than any row of numbers.
     #[error(
         "line {line} of the log `{path}` begins a row of more than {} bytes; close its quotes, or give a CSV file with line ends",

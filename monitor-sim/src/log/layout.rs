@@ -187,21 +187,31 @@ impl Selection {
         let has_header = has_header(layout, &names, channels)?;
         let columns =
             if has_header { names } else { (1..=names.len()).map(|number| format!("column {number}")).collect() };
-        let mut indices: Vec<usize> = Vec::with_capacity(channels.len());
-        for (channel, column) in channels {
-            let index = find_column(channel, column, &columns, has_header)?;
-            let same = channels.iter().zip(&indices).find(|(_, taken)| **taken == index);
-            if let Some(((first, _), _)) = same {
-                return Err(LogError::SameColumn {
-                    first: first.clone(),
-                    second: channel.clone(),
-                    column: column.to_string(),
-                });
-            }
-            indices.push(index);
-        }
+        let indices = find_columns(channels, &columns, has_header)?;
         Ok(Self { has_header, columns, indices })
     }
+}
+
+/// The place of each channel's column.
+pub(super) fn find_columns(
+    channels: &[(String, ColumnRef)],
+    columns: &[String],
+    has_header: bool,
+) -> Result<Vec<usize>, LogError> {
+    let mut indices: Vec<usize> = Vec::with_capacity(channels.len());
+    for (channel, column) in channels {
+        let index = find_column(channel, column, columns, has_header)?;
+        let same = channels.iter().zip(&indices).find(|(_, taken)| **taken == index);
+        if let Some(((first, _), _)) = same {
+            return Err(LogError::SameColumn {
+                first: first.clone(),
+                second: channel.clone(),
+                column: column.to_string(),
+            });
+        }
+        indices.push(index);
+    }
+    Ok(indices)
 }
 
 /// Whether the first row is a header.

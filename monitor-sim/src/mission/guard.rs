@@ -64,10 +64,7 @@ pub fn fly(
     mut trace: Option<&mut TraceWriter<Said>>,
     tick: impl Fn(u64),
 ) -> Result<Flight, MissionError> {
-    // The constants of the motor as its user would state them.
-    let motor = Known::of(scenario).motor_constants();
-    let mut guardian =
-        Guardian::new(config, Some(motor)).map_err(|error| MissionError::Settings(explain_guard_config(error)))?;
+    let mut guardian = guardian(scenario, config)?;
     let mut recording = Recording::new(scenario.rate_hz());
     let mut witness = Witness::new(scenario);
     let samples = feed(scenario, seed, tick, |index, measured| {
@@ -102,7 +99,14 @@ fn learning_refused(error: LearnError) -> MissionError {
     MissionError::Learning(ChannelNames::motor().explain_learning(error))
 }
 
-fn give(guardian: &mut Guardian, measured: &PlantSample) -> Said {
+/// The monitor a scenario is flown with; it knows the constants of the motor as its user would state them.
+pub(crate) fn guardian(scenario: &Scenario, config: &Config) -> Result<Guardian, MissionError> {
+    let motor = Known::of(scenario).motor_constants();
+    Guardian::new(config, Some(motor)).map_err(|error| MissionError::Settings(explain_guard_config(error)))
+}
+
+/// Gives a monitor what the plant measured, or a slot without a sample.
+pub(crate) fn give(guardian: &mut Guardian, measured: &PlantSample) -> Said {
     if measured.missing {
         return guardian.skip();
     }

@@ -2,6 +2,7 @@
 
 use super::{LISTED_EVENTS, axis, scenario_figure, section, signals};
 use crate::chart::{ChartError, LogicRow, Picture, Series, TimeAxis, TimeChart, in_seconds, logic_chart, time_chart};
+use crate::guardian::SCALE_NAMES;
 use crate::intervals::Interval;
 use crate::mission::Faults;
 use crate::mission::guard::{Flight, Flights, GuardReport, Mission};
@@ -59,7 +60,7 @@ pub fn page(mission: &Mission, flights: &Flights, report: &GuardReport) -> Resul
     Ok(Page { title, summary, sections, footer }.to_html())
 }
 
-/// The distances of the three time scales over their limits, and under them what the monitor makes of them.
+/// The distances of the time scales over their limits, and under them what the monitor makes of them.
 fn watched(recording: &Recording, rate_hz: f64, axis: &TimeAxis) -> Result<Block, ChartError> {
     let mut pictures = severities(recording, axis)?;
     pictures.push(timeline(recording, rate_hz, &PAPERS, axis)?);
@@ -74,7 +75,7 @@ fn watched(recording: &Recording, rate_hz: f64, axis: &TimeAxis) -> Result<Block
 /// [`ChartError`] when a picture cannot be drawn.
 pub fn severities(recording: &Recording, axis: &TimeAxis) -> Result<Vec<Picture>, ChartError> {
     let mut pictures = Vec::new();
-    for (name, signal) in ["fast", "middle", "slow"].into_iter().zip(&recording.severity) {
+    for (name, signal) in SCALE_NAMES.into_iter().zip(&recording.severity) {
         let label = format!("{name}: T²/limit");
         let chart = TimeChart {
             y_label: &label,

@@ -1,25 +1,25 @@
 //! A replay in `guard` mode: one pass, in which the monitor seeds and learns over a window of the log and judges the rest.
 
 mod alarm;
+mod pass;
 mod report;
 
 use std::ops::Range;
-use std::path::PathBuf;
 
-use monitor_core::guard::{Config, Guard, MotorConstants};
-use monitor_core::moments::{LearnError, Moments};
+use monitor_core::guard::{Config, MotorConstants};
+use monitor_core::moments::Moments;
 
-use super::{Reading, Refusal, ReplayError, Source, TICK_ROWS, next_reading, notes};
+use super::{ReplayError, Source, TICK_ROWS};
 use crate::guardian::{self, Guardian, Said};
-use crate::log::LogReader;
 use crate::names::{ChannelNames, explain_guard_config};
 use crate::output::OutputError;
-use crate::record::guard::Recording;
 use crate::trace::{TraceRow, TraceWriter};
 use crate::window::RowWindow;
 
 pub use alarm::Alarm;
 pub(crate) use alarm::AlarmBuilder;
+pub use pass::{Pass, Step};
+pub(crate) use pass::WARM_UP;
 pub use report::{GuardReplayReport, Learned, Replayed};
 
 /// Share of the window that each of the two seeding windows takes.
@@ -28,13 +28,6 @@ const SEED_SHARE: u64 = 10;
 /// Fewest rows of a seeding window, and of what is learned behind both.
 const LEAST_SEED: u64 = Moments::<3>::MIN_SAMPLES as u64;
 const LEAST_LEARN: u64 = 4 * LEAST_SEED;
-
-/// Slots without a reading after which the core's watch over its sensors counts as warm, whatever it was before: it counts
-/// slots, and begins to learn their noise only then.
-pub(crate) const WARM_UP: u64 = 256;
-
-/// Half-window means further apart than this many sigma are noted.
-const SHIFT_TO_NOTE_SIGMA: f64 = 0.5;
 
 /// What to replay, and how.
 #[derive(Clone, Debug)]
@@ -64,42 +57,44 @@ impl Replay {
         trace: impl FnOnce(&ChannelNames) -> Result<Option<TraceWriter<Said>>, OutputError>,
         mut tick: impl FnMut(u64),
     ) -> Result<Replayed, ReplayError> {
-        self.source.check_rate()?;
-        let window = self.learn.rows(self.source.rate_hz)?;
-        let injections = self.source.resolved_injections()?;
-        let (names, config) = (self.source.names(), self.config(&window)?);
-        let mut pass = Pass {
-            replay: self,
-            guardian: self.guardian(&config)?,
-            settle_slots: (self.settle_s * self.source.rate_hz) as u64,
-            state: State::Before,
-            recording: Recording::new(self.source.rate_hz),
-            alarms: AlarmBuilder::new(self.source.rate_hz, names.clone()),
-            refused: Vec::new(),
-            skipped: 0,
-            names,
-        };
+        let mut pass = self.begin()?;
         let (mut begin, mut written) = (Some(trace), None);
-        let mut log = self.source.open()?;
-        while let Some(reading) = next_reading(&mut log, &injections)? {
-            let judged = pass.take(&window, &reading, log.ends_without_newline())?;
+        while let Some(Step { row, set_point, x, judged }) = pass.next_step()? {
             if let Some(said) = judged {
                 if let Some(begin) = begin.take() {
-                    written = begin(&pass.names)?;
+                    written = begin(pass.names())?;
                 }
                 if let Some(trace) = &mut written {
-                    let Reading { row, set_point, x } = reading;
-                    let (t_s, set_point) =
-                        (pass.recording.signals.seconds(row), self.source.set_point.as_ref().map(|_| set_point));
+                    let t_s = row as f64 / self.source.rate_hz;
+                    let set_point = self.source.set_point.as_ref().map(|_| set_point);
                     trace.write(TraceRow { row, t_s, set_point, x, said: &said })?;
                 }
             }
-            if reading.row % TICK_ROWS == 0 {
-                tick(log.bytes_read());
+            if row % TICK_ROWS == 0 {
+                tick(pass.bytes_read());
             }
         }
         let trace = written.map(TraceWriter::finish).transpose()?;
-        pass.finish(&window, &config, &log, trace)
+        pass.finish(trace)
+    }
+
+    /// Refuses settings that make no sense, whatever the log.
+    ///
+    /// # Errors
+    /// [`ReplayError`] names the setting.
+    pub fn check(&self) -> Result<(), ReplayError> {
+        self.source.check_rate()?;
+        self.source.resolved_injections()?;
+        let config = self.config(&self.learn.rows(self.source.rate_hz)?)?;
+        self.guardian(&config).map(drop)
+    }
+
+    /// Opens the log, to be replayed row by row.
+    ///
+    /// # Errors
+    /// [`ReplayError`] when the log cannot be opened, or a setting makes no sense.
+    pub fn begin(&self) -> Result<Pass, ReplayError> {
+        Pass::new(self)
     }
 
     /// The monitor's settings: two tenths of the window seed the clip of spikes, the rest is learned from.
@@ -132,169 +127,4 @@ pub(crate) fn config(
     }
     let [seed_s, learn_s] = [seed, learn].map(|rows| rows as f64 / rate_hz);
     Ok(guardian::settings(rate_hz, false_alarms_per_hour, settle_s, seed_s, learn_s))
-}
-
-/// How far the pass has come.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum State {
-    /// In front of the window.
-    Before,
-    /// In the window; with its set point.
-    Learning(f64),
-    /// Behind it; from the row with which the model was complete.
-    Judging { learned: Model },
-}
-
-/// What the window left behind.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Model {
-    end_row: u64,
-    mean: [f64; 3],
-    sigma: [f64; 3],
-    quality: monitor_core::guard::Quality,
-}
-
-impl Model {
-    fn of(guard: &Guard, end_row: u64) -> Self {
-        let [mean, sigma] = guard.model().map_or([[f32::NAN; 3]; 2], |model| [model.mean(), model.sigma()]);
-        Model { end_row, mean: mean.map(f64::from), sigma: sigma.map(f64::from), quality: *guard.quality() }
-    }
-}
-
-/// One pass over a log.
-struct Pass<'a> {
-    replay: &'a Replay,
-    guardian: Guardian,
-    settle_slots: u64,
-    state: State,
-    recording: Recording,
-    alarms: AlarmBuilder,
-    refused: Vec<Refusal>,
-    skipped: u64,
-    names: ChannelNames,
-}
-
-impl Pass<'_> {
-    /// Takes a row; returns what was said of it if it was to be judged.
-    fn take(&mut self, window: &Range<u64>, reading: &Reading, cut: bool) -> Result<Option<Said>, ReplayError> {
-        let Reading { row, set_point, x } = *reading;
-        self.skipped += u64::from(!reading.is_finite());
-        match self.state {
-            // A last row without a line end may be cut inside its last number; one wrong value would raise an alarm.
-            _ if cut => self.recording.signals.push(row, set_point, x),
-            State::Before => {
-                self.recording.signals.push(row, set_point, x);
-                if row >= window.start && reading.is_finite() {
-                    self.open_gate(set_point);
-                    self.state = State::Learning(set_point);
-                    self.learn(reading)?;
-                }
-            }
-            State::Learning(from) => {
-                self.recording.signals.push(row, set_point, x);
-                if (set_point - from).abs() > self.replay.set_point_tolerance {
-                    return Err(ReplayError::SetPointChanges { row, from, to: set_point });
-                }
-                self.learn(reading)?;
-            }
-            State::Judging { .. } => return Ok(Some(self.judge(reading))),
-        }
-        Ok(None)
-    }
-
-    /// Lets the settling time go by beforehand, in slots without a reading: the window begins where its user says that the
-    /// motor has settled.
-    fn open_gate(&mut self, set_point: f64) {
-        for _ in 0..self.settle_slots + WARM_UP {
-            self.guardian.step(set_point as f32, [f32::NAN; 3]);
-        }
-    }
-
-    fn learn(&mut self, reading: &Reading) -> Result<(), ReplayError> {
-        let State::Learning(from) = self.state else { return Ok(()) };
-        // A set point that is no number is a row without a sample, as one of a channel is.
-        let set_point = if reading.set_point.is_finite() { reading.set_point } else { from };
-        let x = if reading.set_point.is_finite() { reading.channels() } else { [f32::NAN; 3] };
-        let said = self.guardian.step(set_point as f32, x);
-        let refused = self.guardian.guard().refused().or(said.learned.and_then(Result::err));
-        if let Some(error) = refused {
-            return Err(self.learning_refused(error));
-        }
-        if said.learned.is_some() {
-            self.state = State::Judging { learned: Model::of(self.guardian.guard(), reading.row + 1) };
-        }
-        Ok(())
-    }
-
-    fn judge(&mut self, reading: &Reading) -> Said {
-        let Reading { row, set_point, x } = *reading;
-        let said = self.guardian.step(set_point as f32, reading.channels());
-        if let Some(Err(error)) = said.learned {
-            self.refused.push(Refusal { row, reason: self.names.explain_learning(error) });
-        }
-        self.recording.push(row, set_point, x, &said);
-        let guardian = &self.guardian;
-        self.alarms.push(row, &said, || guardian.contributions(reading.channels()));
-        said
-    }
-
-    fn learning_refused(&self, error: LearnError) -> ReplayError {
-        ReplayError::Learning(self.names.explain_learning(error))
-    }
-
-    fn finish(
-        self,
-        window: &Range<u64>,
-        config: &Config,
-        log: &LogReader,
-        trace: Option<PathBuf>,
-    ) -> Result<Replayed, ReplayError> {
-        let rows = self.recording.signals.samples;
-        let State::Judging { learned } = self.state else {
-            if rows < window.end {
-                return Err(ReplayError::WindowOutside { window: window.clone(), rows });
-            }
-            return Err(ReplayError::Learning(
-                "the learning window has too few rows in which every value is finite: choose another or a longer one"
-                    .to_owned(),
-            ));
-        };
-        let Replay { source, motor, .. } = self.replay;
-        let alarms = self.alarms.finish();
-        let mut notes = notes(log, rows, self.recording.coverage.phases.monitoring);
-        let moved = f64::from(learned.quality.drift_sigmas);
-        if moved > SHIFT_TO_NOTE_SIGMA {
-            notes.push(format!(
-                "a channel's mean moves by {moved:.2} sigma from the first half of what was learned from to the second: it is \
-                 not stationary, and small faults are hidden"
-            ));
-        }
-        if motor.is_none() && !alarms.is_empty() && self.names == ChannelNames::motor() {
-            notes.push(
-                "faults get names from the motor's constants: give --resistance, --torque-constant and --load-slope"
-                    .to_owned(),
-            );
-        }
-        let limits = self.guardian.guard().limits().unwrap_or([f32::NAN; 3]);
-        let report = GuardReplayReport {
-            mode: "guard",
-            log: source.path.clone(),
-            channels: self.names.0.clone(),
-            has_set_point: source.set_point.is_some(),
-            rate_hz: source.rate_hz,
-            samples: rows,
-            skipped: self.skipped,
-            learned: Learned::of(window, &learned),
-            limits: guardian::summary::ScaleLimits::of(limits),
-            coverage: self.recording.coverage,
-            refused: self.refused,
-            exit: u8::from(!alarms.is_empty()),
-            alarms,
-            injected: source.injections.iter().map(ToString::to_string).collect(),
-            settings: config.into(),
-            notes,
-            files: trace.into_iter().collect(),
-        };
-        Ok(Replayed { report, recording: self.recording, names: self.names })
-    }
 }

@@ -142,7 +142,7 @@ impl Replay {
             return Err(ReplayError::NotAFile(self.source.path.clone()));
         }
         // Settings are refused before a long log is read.
-        self.config(Bank::from_fn(|_| NO_LIMIT)).and_then(|config| Monitor::new(&config).map_err(settings))?;
+        self.check()?;
         let start = match &self.learn {
             Learn::Window(window) => {
                 self.start_from_window(&window.rows(self.source.rate_hz)?, &injections, &names, share)?
@@ -181,6 +181,16 @@ impl Replay {
             ..StoredBaseline::of(&start.baseline)
         };
         Ok(Replayed { report, recording: judged.recording, names, baseline: stored })
+    }
+
+    /// Refuses settings that make no sense, whatever the log.
+    ///
+    /// # Errors
+    /// [`ReplayError`] names the setting.
+    pub fn check(&self) -> Result<(), ReplayError> {
+        self.source.check_rate()?;
+        self.source.resolved_injections()?;
+        self.config(Bank::from_fn(|_| NO_LIMIT)).and_then(|config| Monitor::new(&config).map_err(settings)).map(drop)
     }
 
     fn cutoff(&self) -> f64 {

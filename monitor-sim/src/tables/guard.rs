@@ -1,6 +1,9 @@
 //! Results of `guard` mode as tables of text.
 
+use monitor_core::guard::SCALES;
+
 use super::{TextTable, found_at, significant, time};
+use crate::guardian::SCALE_NAMES;
 use crate::guardian::summary::{ScaleLimits, WindowQuality};
 use crate::intervals::Interval;
 use crate::mission::guard::{Flight, GuardReport, RampRow};
@@ -76,12 +79,11 @@ fn ramps(report: &GuardReport) -> TextTable {
         .with_rows(report.ramp.iter().map(row))
 }
 
-/// The three time scales.
+/// The time scales.
 #[must_use]
-pub fn limits(limits: &ScaleLimits, time_constants_s: &[f32; 3]) -> TextTable {
-    let names = ["fast", "middle", "slow"];
-    let limits = [limits.fast, limits.middle, limits.slow];
-    let rows = names.into_iter().zip(time_constants_s).zip(limits);
+pub fn limits(limits: &ScaleLimits, time_constants_s: &[f32; SCALES]) -> TextTable {
+    let limits = [limits.fast, limits.middle, limits.slow, limits.trend];
+    let rows = SCALE_NAMES.into_iter().zip(time_constants_s).zip(limits);
     let row = |((name, time_s), limit): ((&str, &f32), f64)| {
         [name.to_owned(), significant(f64::from(*time_s)), significant(limit)]
     };

@@ -1,6 +1,6 @@
 //! What a monitor in `guard` mode says, as cells of a trace.
 
-use monitor_core::guard::Phase;
+use monitor_core::guard::{Phase, SCALES};
 
 use super::{TraceWriter, Traced};
 use crate::guardian::Said;
@@ -13,6 +13,7 @@ impl Traced for Said {
             "severity_fast",
             "severity_middle",
             "severity_slow",
+            "severity_trend",
             "alarm",
             "recovering",
             "located",
@@ -35,7 +36,7 @@ impl Traced for Said {
         trace.flag(verdict.rejected())?;
         match verdict.severity() {
             Some(severity) => severity.into_iter().try_for_each(|severity| trace.number(Some(severity)))?,
-            None => (0..3).try_for_each(|_| trace.number(None))?,
+            None => (0..SCALES).try_for_each(|_| trace.number(None))?,
         }
         trace.flag(verdict.alarm())?;
         trace.flag(verdict.recovering())?;

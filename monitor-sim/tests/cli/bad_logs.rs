@@ -22,7 +22,11 @@ fn a_log_that_is_not_there_is_named() {
 fn a_directory_in_place_of_a_log_is_named() {
     let desk = Desk::with_sample();
     fs::create_dir(desk.path("logs")).unwrap();
-    desk.refuses(&format!("replay logs {MOTOR}"), &["`logs` is a directory"]);
+    desk.refuses(&format!("replay logs {MOTOR}"), &["no log below the directory 'logs'", ".csv"]);
+    desk.refuses(
+        "watch logs --speed 1 --current 2 --voltage 3 --rate-hz 50 --learn 5s..25s --print-at 1",
+        &["`logs` is a directory"],
+    );
 }
 
 #[cfg(unix)]

@@ -3,10 +3,15 @@
 mod bad_logs;
 mod bad_options;
 mod desk;
+#[cfg(feature = "parquet")]
+mod fleet;
 mod guard_mission;
 mod guard_replay;
 mod mission;
 mod replay;
 mod study;
+#[cfg(target_os = "linux")]
+mod terminal;
 mod tune;
+mod watch;
 mod writings;

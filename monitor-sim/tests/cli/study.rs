@@ -4,7 +4,7 @@ use crate::desk::{Desk, assert_keys};
 
 /// Four motors, and as little as can be judged.
 const SMALL: &str =
-    "study false-alarms --motors 4 --hours 0.01 --calibration-runs 2 --calibration-judged 20 --asked 50";
+    "study false-alarms --mode paper --motors 4 --hours 0.01 --calibration-runs 2 --calibration-judged 20 --asked 50";
 
 fn stdout(desk: &Desk, arguments: &str) -> Vec<u8> {
     desk.run(arguments).success().stderr("").get_output().stdout.clone()
@@ -70,7 +70,7 @@ fn what_makes_no_sense_is_refused_with_a_sentence() {
     desk.refuses(&format!("{SMALL} --out nowhere/result.json"), &["nowhere/result.json", "--out"]);
     desk.refuses(&format!("{SMALL} --out a.json --resume a.json"), &["--resume", "--out", "a.json"]);
     desk.refuses(
-        "study false-alarms --motors 2 --calibration-judged 0.5",
+        "study false-alarms --mode paper --motors 2 --calibration-judged 0.5",
         &["nothing was judged", "--calibration-judged"],
     );
     desk.write("other.csv", "time,speed\n");
@@ -81,8 +81,8 @@ fn what_makes_no_sense_is_refused_with_a_sentence() {
 
 #[test]
 fn a_larger_fault_is_seen_sooner_and_white_noise_no_sooner_than_theory_allows() {
-    let report =
-        Desk::new().json("study delay --seeds 2 --sizes 0.25,2 --calibration-runs 2 --calibration-judged 30", 0);
+    let report = Desk::new()
+        .json("study delay --mode paper --seeds 2 --sizes 0.25,2 --calibration-runs 2 --calibration-judged 30", 0);
     let rows = report["rows"].as_array().unwrap();
     assert_eq!(rows.len(), 7 * 2 + 5);
     let of = |id: &str| rows.iter().filter(move |row| row["fault"] == id).collect::<Vec<_>>();
@@ -103,7 +103,7 @@ fn a_larger_fault_is_seen_sooner_and_white_noise_no_sooner_than_theory_allows() 
 
 #[test]
 fn the_value_of_a_ramp_at_detection_lies_on_the_ramp() {
-    let report = Desk::new().json("study ramp --seeds 3 --calibration-runs 2 --calibration-judged 30", 0);
+    let report = Desk::new().json("study ramp --mode paper --seeds 3 --calibration-runs 2 --calibration-judged 30", 0);
     let rows = report["rows"].as_array().unwrap();
     let ids: Vec<_> = rows.iter().map(|row| row["fault"].as_str().unwrap()).collect();
     assert_eq!(ids, ["F1", "F2", "F3", "R", "K", "U", "J"]);
@@ -119,7 +119,8 @@ fn the_value_of_a_ramp_at_detection_lies_on_the_ramp() {
 
 #[test]
 fn every_flight_of_every_fault_is_counted_once_in_the_confusion_table() {
-    let arguments = "study localization --motors 3 --sizes 2,32 --calibration-runs 2 --calibration-judged 30";
+    let arguments =
+        "study localization --mode paper --motors 3 --sizes 2,32 --calibration-runs 2 --calibration-judged 30";
     let report = Desk::new().json(arguments, 0);
     let rows = report["rows"].as_array().unwrap();
     let of = |kind: &str| rows.iter().filter(move |row| row["row"] == kind).collect::<Vec<_>>();
@@ -143,7 +144,8 @@ fn every_flight_of_every_fault_is_counted_once_in_the_confusion_table() {
 
 #[test]
 fn what_disturbs_a_monitor_is_counted_for_each_level_and_each_fault() {
-    let arguments = "study robustness --motors 1 --healthy 10 --size 32 --calibration-runs 2 --calibration-judged 30";
+    let arguments =
+        "study robustness --mode paper --motors 1 --healthy 10 --size 32 --calibration-runs 2 --calibration-judged 30";
     let report = Desk::new().json(arguments, 0);
     let rows = report["rows"].as_array().unwrap();
     let of = |kind: &str| rows.iter().filter(move |row| row["row"] == kind).collect::<Vec<_>>();
@@ -184,7 +186,7 @@ fn the_ramp_table_of_the_readme_is_what_the_command_prints() {
     const README: &str = include_str!("../../../README.md");
     let words = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ");
     let readme: Vec<String> = README.lines().map(words).collect();
-    let printed = String::from_utf8(stdout(&Desk::new(), "study ramp")).unwrap();
+    let printed = String::from_utf8(stdout(&Desk::new(), "study ramp --mode paper")).unwrap();
     let rows: Vec<String> = printed.lines().filter(|line| line.contains(" 20 ")).map(words).collect();
     assert_eq!(rows.len(), 7, "{printed}");
     for row in rows {

@@ -7,6 +7,7 @@
 #![no_main]
 
 mod filters;
+mod guard;
 mod own;
 mod peers;
 mod specimens;

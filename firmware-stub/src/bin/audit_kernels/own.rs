@@ -16,6 +16,7 @@ use monitor_core::{Baseline, Monitor};
 use nalgebra::{Matrix2, Matrix3};
 
 use crate::filters::Filters;
+use crate::guard::Guarding;
 use crate::start_up;
 
 type Learned = Result<Baseline, LearnError>;
@@ -78,6 +79,7 @@ extern "C" fn audit_t2(distance: &Distance, x: &[f32; 3]) -> f32 {
 /// Everything of ours that a kernel works on.
 pub(crate) struct Own {
     monitor: Monitor,
+    guard: Guarding,
     window: Moments<3>,
     filters: Filters,
     distance: Distance,
@@ -91,6 +93,7 @@ impl Own {
         let pca = Pca::of_correlation(&learned.correlation(), ExplainedShare::PAPER).ok()?;
         Some(Own {
             monitor: Monitor::new(&config).ok()?,
+            guard: Guarding::new()?,
             window: Moments::around(kernels::HEALTHY_MEAN),
             filters: Filters::new(config.cutoff_hz, config.sample_rate_hz)?,
             distance: Distance { mean: learned.mean.into(), model: Model::new(pca, learned.sigma(), learned.samples) },
@@ -103,6 +106,7 @@ impl Own {
         match request.kernel {
             Kernel::Step => kernels::digest_of_verdict(self.monitor.step_channels(a, [b, c, d])),
             Kernel::FinishLearning => u32::from(audit_finish_learning(&mut self.monitor)),
+            Kernel::GuardStep | Kernel::GuardFinishLearning | Kernel::GuardFinding => self.guard.call(request),
             Kernel::Push => {
                 audit_push(&mut self.window, &[a, b, c]);
                 0

@@ -86,7 +86,9 @@ fn each_fault_is_named_with_its_size_and_how_sure_that_is() {
         };
         assert_eq!(found.cause, cause);
         assert!((found.size / size - 1.0).abs() < 0.01, "{found:?}");
-        assert!((0.05..0.3).contains(&(found.size_sigma / size.abs())), "constants known to 15 %: {found:?}");
+        // Of a current sensor the size is read; the others come from constants known within 20 %.
+        let share = found.size_sigma / size.abs();
+        assert!(if cause == Cause::CurrentSensor { share < 0.02 } else { (0.05..0.3).contains(&share) }, "{found:?}");
         assert!(found.misfit < 1.0 && found.runner_up.is_some_and(|(_, apart)| apart > 3.0), "{found:?}");
     }
 }
@@ -118,8 +120,13 @@ fn what_no_fault_explains_is_unknown_and_what_noise_hides_is_ambiguous() {
 fn an_observed_direction_replaces_a_calculated_one_and_senseless_ones_are_refused() {
     let mut directions = directions();
     let before = directions.iter().count();
-    let observed =
-        Direction { cause: Cause::SpeedSensor, movement: [0.0, -0.01, -0.04], tolerance: 0.05, one_sided: false };
+    let observed = Direction {
+        cause: Cause::SpeedSensor,
+        movement: [0.0, -0.01, -0.04],
+        tolerance: 0.05,
+        scale_tolerance: 0.0,
+        one_sided: false,
+    };
     directions.push(observed).unwrap();
     assert_eq!(directions.iter().count(), before);
     assert_eq!(movement(&directions, Cause::SpeedSensor), observed.movement);
@@ -127,6 +134,8 @@ fn an_observed_direction_replaces_a_calculated_one_and_senseless_ones_are_refuse
         let refused = directions.push(Direction { movement, ..observed });
         assert_eq!(refused, Err(DirectionError::Movement(Cause::SpeedSensor)));
     }
+    let refused = directions.push(Direction { scale_tolerance: -1.0, ..observed });
+    assert_eq!(refused, Err(DirectionError::Tolerance(Cause::SpeedSensor)));
     let refused = directions.push(Direction { tolerance: f32::NAN, ..observed });
     assert_eq!(refused, Err(DirectionError::Tolerance(Cause::SpeedSensor)));
     for motor in [

@@ -1,9 +1,9 @@
 //! Alarms: what is said of the rows of a replay amounts to.
 
-use monitor_core::guard::{Loss, SCALES, Verdict};
+use monitor_core::guard::{Loss, Verdict};
 use serde::Serialize;
 
-use crate::guardian::{Said, Size};
+use crate::guardian::{SCALE_NAMES, Said, Size};
 use crate::names::ChannelNames;
 use crate::names::name::Name;
 
@@ -133,7 +133,6 @@ impl OpenAlarm {
     }
 
     fn weigh(&mut self, verdict: &Verdict, contributions: impl FnOnce() -> Option<[f64; 3]>) {
-        const SCALE_NAMES: [&str; SCALES] = ["fast", "middle", "slow"];
         let Some(severity) = verdict.severity() else { return };
         let worst = SCALE_NAMES.into_iter().zip(severity).max_by(|(_, a), (_, b)| a.total_cmp(b));
         let Some((scale, distance)) = worst else { return };

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use super::{Alarm, Model};
+use super::Alarm;
+use super::pass::Model;
 use crate::guardian::summary::{ScaleLimits, Settings, WindowQuality};
 use crate::names::ChannelNames;
 use crate::record::guard::{Coverage, Recording};

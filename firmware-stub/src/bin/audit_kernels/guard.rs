@@ -1,0 +1,41 @@
+//! The functions of `guard` mode that are audited.
+
+#![allow(unsafe_code)] // Unmangled names, which the host looks for; nothing else has them.
+
+use firmware_stub::kernels::guard as given;
+use firmware_stub::kernels::{Kernel, Request};
+use monitor_core::guard::{Directions, Finding, Guard};
+
+#[inline(never)]
+#[unsafe(no_mangle)]
+extern "C" fn audit_guard_finish_learning(guard: &mut Guard) -> bool {
+    guard.finish_learning().is_ok()
+}
+
+#[inline(never)]
+#[unsafe(no_mangle)]
+fn audit_guard_finding(guard: &Guard, directions: &Directions) -> Finding {
+    guard.finding(directions)
+}
+
+/// A monitor in `guard` mode, and the faults it knows.
+pub(crate) struct Guarding {
+    guard: Guard,
+    directions: Directions,
+}
+
+impl Guarding {
+    pub(crate) fn new() -> Option<Self> {
+        Some(Guarding { guard: Guard::new(&given::config()).ok()?, directions: given::directions() })
+    }
+
+    /// Calls a kernel; returns the digest of its result.
+    pub(crate) fn call(&mut self, request: &Request) -> u32 {
+        let [set_point, a, b, c, ..] = request.numbers();
+        match request.kernel {
+            Kernel::GuardStep => given::digest_of_verdict(self.guard.step_channels(set_point, [a, b, c])),
+            Kernel::GuardFinishLearning => u32::from(audit_guard_finish_learning(&mut self.guard)),
+            _ => given::digest_of_finding(&audit_guard_finding(&self.guard, &self.directions)),
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! What is known of the healthy motor while it is judged, and how that sharpens.
+
+use super::design::Design;
+use super::flag::{Flag, greater, lesser, within};
+use super::level::PERIOD;
+use super::model::Model;
+use super::{SCALES, TREND};
+
+/// Limits while a model proves itself: what it rests on is not what it judges.
+const UNPROVEN: f32 = 1.5;
+
+/// Most that the tail of a statistic may raise its limit. Beyond, the window was not healthy.
+const RAISED_TO: f32 = 4.0;
+
+/// What a model brings with it when it is installed or recalled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Known {
+    pub(super) model: Model,
+    /// Activity of each channel below which its sensor is stuck.
+    pub(super) stuck_below: [f32; 3],
+    /// The reciprocal of the limit of each time scale, as sharp as it is by now.
+    pub(super) per_limit: [f32; SCALES],
+    /// Slots that mean and limits rest on.
+    slots: f32,
+    /// Slots until the limits are proven, in whole periods.
+    unproven: u32,
+    /// Largest distance of each quicker time scale while they were not and no alarm stood, of the slots that looked at it, in
+    /// units of the limit that was judged by.
+    pub(super) peak: [f32; TREND],
+    /// Slow movement of the mean that is taken to be benign.
+    drift: [f32; 3],
+}
+
+impl Known {
+    pub(super) fn new(model: Model, stuck_below: [f32; 3], learned_slots: u32) -> Self {
+        let slots = learned_slots as f32;
+        let per_limit = model.scales.map(|scale| 1.0 / scale.level.limit(slots));
+        Known { model, stuck_below, per_limit, slots, unproven: learned_slots, peak: [0.0; TREND], drift: [0.0; 3] }
+    }
+
+    pub(super) const BLANK: Self = Known {
+        model: Model::BLANK,
+        stuck_below: [0.0; 3],
+        per_limit: [0.0; SCALES],
+        slots: 0.0,
+        unproven: 0,
+        peak: [0.0; TREND],
+        drift: [0.0; 3],
+    };
+
+    /// Hands out every number of it in turn, to be read or written.
+    pub(super) fn each_number(&mut self, f: &mut impl FnMut(&mut f32)) {
+        self.model.each_number(f);
+        let arrays =
+            self.stuck_below.iter_mut().chain(&mut self.per_limit).chain(&mut self.peak).chain(&mut self.drift);
+        arrays.chain([&mut self.slots]).for_each(&mut *f);
+        // Whole periods, of which an f32 counts 2^24.
+        let mut periods = (self.unproven / PERIOD) as f32;
+        f(&mut periods);
+        self.unproven = periods as u32 * PERIOD;
+    }
+
+    /// Whether samples can be judged by it.
+    pub(super) fn is_usable(&self) -> bool {
+        let (mut finite, mut known) = (true, *self);
+        known.each_number(&mut |number| finite &= number.is_finite());
+        let sharp = self.per_limit.iter().all(|per_limit| *per_limit > 0.0);
+        finite && sharp && self.slots >= 1.0 && self.model.is_usable()
+    }
+
+    /// Where deviations are taken from: the mean, with what it has drifted.
+    #[inline(always)]
+    pub(super) fn centre(&self) -> [f32; 3] {
+        let ([a, b, c], [x, y, z]) = (self.model.mean, self.drift);
+        [a + x, b + y, c + z]
+    }
+
+    /// The reciprocal of the limit that a scale is judged by. Until it is proven it is a wider one.
+    #[inline(always)]
+    pub(super) fn judged_by(&self, per_limit: f32) -> f32 {
+        per_limit * Flag::any(self.unproven).choose(1.0 / UNPROVEN, 1.0)
+    }
+
+    /// Sharpens a scale by a smoothed deviation that is healthy beyond suspicion. The work is the same for one that is not; then
+    /// nothing changes. Returns the reciprocal of the limit that it is judged by.
+    #[inline(always)]
+    pub(super) fn sharpen(&mut self, design: &Design, suspected: Flag, place: usize, y: [f32; 3]) -> Option<f32> {
+        let healthy = !suspected;
+        let gain = healthy.or_zero(PERIOD as f32) / self.slots;
+        // In the last period of the proof the limit is widened by the tail that was seen, once.
+        let due = Flag::any(self.unproven) & !Flag::reached(self.unproven, PERIOD + 1);
+        let tail = self
+            .peak
+            .get(place)
+            .zip(design.expected_peaks.get(place))
+            .map_or(1.0, |(peak, expected)| UNPROVEN * peak / expected);
+        let tail = lesser(greater(tail, 1.0), RAISED_TO);
+        let scale = self.model.scales.get_mut(place)?;
+        scale.sharpen(y.map(|y| healthy.or_zero(y)), gain);
+        scale.level.widen(due.choose(tail, 1.0));
+        let per_limit = 1.0 / scale.level.limit(self.slots);
+        *self.per_limit.get_mut(place)? = per_limit;
+        Some(self.judged_by(per_limit))
+    }
+
+    /// Lets the mean follow a deviation of the middle scale that is healthy beyond suspicion.
+    #[inline(always)]
+    pub(super) fn follow(&mut self, design: &Design, suspected: Flag, middle: [f32; 3]) {
+        let period = (!suspected).or_zero(PERIOD as f32);
+        self.slots += period;
+        let share = period / lesser(self.slots, design.memory_slots);
+        for ((drift, moved), sigma) in self.drift.iter_mut().zip(middle).zip(self.model.sigma) {
+            *drift = within(*drift + share * moved, design.drift_sigmas * sigma);
+        }
+    }
+
+    /// A period has gone by.
+    #[inline(always)]
+    pub(super) const fn prove(&mut self) {
+        self.unproven = self.unproven.saturating_sub(PERIOD);
+    }
+}
