@@ -18,8 +18,8 @@ use crate::window::RowWindow;
 
 pub use alarm::Alarm;
 pub(crate) use alarm::AlarmBuilder;
-pub use pass::{Pass, Step};
 pub(crate) use pass::WARM_UP;
+pub use pass::{Pass, Step};
 pub use report::{GuardReplayReport, Learned, Replayed};
 
 /// Share of the window that each of the two seeding windows takes.
