@@ -1,5 +1,6 @@
 //! The command line: what can be asked for, in the user's words.
 
+pub(crate) mod bench;
 pub(crate) mod study;
 pub(crate) mod watch;
 
@@ -25,6 +26,7 @@ Examples:
   monitor-sim study false-alarms --hours 10   count false alarms over random motors
   monitor-sim replay log.csv --speed rpm --current amps --voltage volts \\
       --rate-hz 50 --learn 5s..20s            find faults in a recorded log
+  monitor-sim bench skab SKAB/data            score the monitor on a public benchmark
 
 Exit codes: 0 done (replay: no fault), 1 replay reported a fault, 2 wrong input.";
 
@@ -104,6 +106,8 @@ pub(crate) enum Command {
     /// Fly many missions over random seeds, faults and motors, and count
     #[command(after_help = study::EXAMPLES)]
     Study(study::StudyArgs),
+    /// Score the monitor on recordings, by the protocol of a benchmark or one of your own
+    Bench(bench::BenchArgs),
     /// Print the default scenario, to be edited and given to --scenario
     #[command(after_help = SCENARIO_EXAMPLES)]
     Scenario,

@@ -34,6 +34,7 @@ pub mod replay;
 pub mod fleet;
 pub mod tune;
 pub mod study;
+pub mod bench;
 pub mod mission_page;
 pub mod replay_page;
 pub mod watch;

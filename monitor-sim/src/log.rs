@@ -27,8 +27,9 @@ mod parquet;
 
 pub use any::Log;
 pub use error::LogError;
-use error::{not_a_number, open_error};
-use layout::{Layout, Selection, Source, csv_format, is_blank, line_ends, parse_value};
+pub(crate) use error::{not_a_number, open_error};
+use layout::{Layout, Selection, Source, csv_format, is_blank, line_ends};
+pub(crate) use layout::{decode, find_column, parse_value, sniff_delimiter};
 #[cfg(feature = "parquet")]
 pub use parquet::ParquetLog;
 
@@ -92,6 +93,13 @@ impl FromStr for Delimiter {
             &[byte] if byte.is_ascii_punctuation() && !b"\"+-.".contains(&byte) => Ok(Self(byte)),
             _ => Err(BadDelimiter(text.to_owned())),
         }
+    }
+}
+
+impl Delimiter {
+    /// As it stands in a file.
+    pub(crate) const fn byte(self) -> u8 {
+        self.0
     }
 }
 

@@ -1,6 +1,7 @@
 //! The command line of the simulator: reads what is asked for, runs it, prints what came of it.
 
 mod args;
+mod bench_command;
 mod fleet_command;
 mod mission_command;
 mod print;
@@ -36,6 +37,7 @@ fn main() -> ExitCode {
         Some(Command::Watch(args)) => watch_command::run(&args),
         Some(Command::Tune(args)) => tune(&args),
         Some(Command::Study(args)) => study_command::run(&args),
+        Some(Command::Bench(args)) => bench_command::run(&args),
         Some(Command::Scenario) => print_all(monitor_sim::scenario::FIGURE_1_TOML),
     };
     done.unwrap_or_else(|failure| {

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use comfy_table::{CellAlignment, Table};
 use comfy_table::{LineStyle, TableStyle};
+use monitor_sim::bench::BenchReport;
 use monitor_sim::mission::Faults;
 use monitor_sim::mission::paper::{Mission, MissionReport};
 use monitor_sim::replay::paper::{ReplayReport, Replayed};
@@ -119,6 +120,17 @@ pub(crate) fn study(report: &Report, file: Option<&Path>) -> String {
         );
     }
     if let Some(path) = file {
+        let _ = writeln!(text, "Written: {}", path.display());
+    }
+    text
+}
+
+/// The tables of a benchmark, and what a reader must know.
+pub(crate) fn bench(report: &BenchReport, page: Option<&Path>) -> String {
+    let mut text = format!("{}\n\n", report.about().title);
+    report.tables().into_iter().for_each(|table| text += &shown(table));
+    report.remarks().iter().for_each(|remark| text += &format!("{remark}\n"));
+    if let Some(path) = page {
         let _ = writeln!(text, "Written: {}", path.display());
     }
     text

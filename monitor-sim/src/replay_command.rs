@@ -7,7 +7,7 @@ use monitor_core::guard::MotorConstants;
 use monitor_sim::log::{ColumnRef, LogOptions};
 use monitor_sim::names::ChannelNames;
 use monitor_sim::output::OutputDir;
-use monitor_sim::replay::paper::{Learn, Limits, Replay};
+use monitor_sim::replay::paper::{Learn, Limits, MARGIN, Replay};
 use monitor_sim::replay::{Source, guard};
 use monitor_sim::replay_page;
 use monitor_sim::settings::PaperSettings;
@@ -18,9 +18,6 @@ use crate::{
     FALSE_ALARMS_PER_HOUR, Failure, fleet_command, json, only_in_guard_mode, only_in_paper_mode, parsed, print,
     print_all, progress, settings,
 };
-
-/// Threshold over the largest residual of the learning window, if the user says nothing.
-const MARGIN: f64 = 1.5;
 
 /// Replays a log, or several.
 pub(crate) fn run(args: &ReplayArgs) -> Result<ExitCode, Failure> {

@@ -233,7 +233,7 @@ pub(super) fn numbers(places: &[usize]) -> String {
     places.iter().map(usize::to_string).collect::<Vec<_>>().join(" or ")
 }
 
-pub(super) fn open_error(path: String, cause: io::Error) -> LogError {
+pub(crate) fn open_error(path: String, cause: io::Error) -> LogError {
     match cause.kind() {
         ErrorKind::NotFound => LogError::NotFound { path },
         ErrorKind::PermissionDenied => LogError::NotReadable { path },
@@ -242,7 +242,7 @@ pub(super) fn open_error(path: String, cause: io::Error) -> LogError {
     }
 }
 
-pub(super) fn not_a_number(field: &[u8], row: u64, line: u64, column: String) -> LogError {
+pub(crate) fn not_a_number(field: &[u8], row: u64, line: u64, column: String) -> LogError {
     let whole = decode(field);
     let mut text: String = whole.chars().take(MAX_SHOWN).collect();
     if text.len() < whole.len() {

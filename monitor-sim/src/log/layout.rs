@@ -90,7 +90,7 @@ pub(super) fn line_ends(record: &ByteRecord) -> u64 {
 }
 
 /// The text of a field: UTF-8, or else Latin-1, in which any byte is a character.
-pub(super) fn decode(field: &[u8]) -> String {
+pub(crate) fn decode(field: &[u8]) -> String {
     let field = field.trim_ascii();
     match std::str::from_utf8(field) {
         Ok(text) => text.to_owned(),
@@ -99,7 +99,7 @@ pub(super) fn decode(field: &[u8]) -> String {
 }
 
 /// The number in a field; NaN if it says that there is none; `None` for any other text.
-pub(super) fn parse_value(field: &[u8]) -> Option<f64> {
+pub(crate) fn parse_value(field: &[u8]) -> Option<f64> {
     let field = field.trim_ascii();
     if let Some(number) = std::str::from_utf8(field).ok().and_then(|text| text.parse().ok()) {
         return Some(number);
@@ -154,7 +154,7 @@ pub(super) fn head_records(head: &[u8], delimiter: u8) -> Vec<ByteRecord> {
 ///
 /// Comma comes last: in a file with semicolons or tabs it may be a decimal comma. If none splits
 /// the rows evenly, as when one of them is damaged, the one that splits the first row most is taken.
-pub(super) fn sniff_delimiter(head: &[u8]) -> u8 {
+pub(crate) fn sniff_delimiter(head: &[u8]) -> u8 {
     const CANDIDATES: [u8; 3] = [b'\t', b';', b','];
     let counts = CANDIDATES.map(|delimiter| {
         let mut counts: Vec<usize> = head_records(head, delimiter).iter().map(ByteRecord::len).collect();
@@ -248,7 +248,7 @@ pub(super) fn has_header(
     }))
 }
 
-pub(super) fn find_column(
+pub(crate) fn find_column(
     channel: &str,
     column: &ColumnRef,
     columns: &[String],

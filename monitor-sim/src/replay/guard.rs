@@ -17,6 +17,8 @@ use crate::trace::{TraceRow, TraceWriter};
 use crate::window::RowWindow;
 
 pub use alarm::Alarm;
+pub(crate) use alarm::AlarmBuilder;
+pub(crate) use pass::WARM_UP;
 pub use pass::{Pass, Step};
 pub use report::{GuardReplayReport, Learned, Replayed};
 
@@ -98,22 +100,31 @@ impl Replay {
     /// The monitor's settings: two tenths of the window seed the clip of spikes, the rest is learned from.
     fn config(&self, window: &Range<u64>) -> Result<Config, ReplayError> {
         let rows = window.end.saturating_sub(window.start);
-        let seed = (rows / SEED_SHARE).max(LEAST_SEED);
-        let learn = rows.saturating_sub(2 * seed);
-        if learn < LEAST_LEARN {
-            return Err(ReplayError::Learning(format!(
-                "the learning window holds {rows} rows, and guard mode needs at least {} (two times {LEAST_SEED} to tell \
-                 spikes by, {LEAST_LEARN} to learn from): choose a longer --learn; --mode paper needs {LEAST_SEED}",
-                2 * LEAST_SEED + LEAST_LEARN
-            )));
-        }
-        let rate_hz = self.source.rate_hz;
-        let [seed_s, learn_s] = [seed, learn].map(|rows| rows as f64 / rate_hz);
-        let config = guardian::settings(rate_hz, self.false_alarms_per_hour, self.settle_s, seed_s, learn_s);
+        let config = config(rows, self.source.rate_hz, self.false_alarms_per_hour, self.settle_s)?;
         Ok(Config { set_point_tolerance: self.set_point_tolerance as f32, ..config })
     }
 
     fn guardian(&self, config: &Config) -> Result<Guardian, ReplayError> {
         Guardian::new(config, self.motor).map_err(|error| ReplayError::Settings(explain_guard_config(error)))
     }
+}
+
+/// The monitor's settings for a learning window of so many rows.
+pub(crate) fn config(
+    rows: u64,
+    rate_hz: f64,
+    false_alarms_per_hour: f64,
+    settle_s: f64,
+) -> Result<Config, ReplayError> {
+    let seed = (rows / SEED_SHARE).max(LEAST_SEED);
+    let learn = rows.saturating_sub(2 * seed);
+    if learn < LEAST_LEARN {
+        return Err(ReplayError::Learning(format!(
+            "the learning window holds {rows} rows, and guard mode needs at least {} (two times {LEAST_SEED} to tell \
+             spikes by, {LEAST_LEARN} to learn from): choose a longer --learn; --mode paper needs {LEAST_SEED}",
+            2 * LEAST_SEED + LEAST_LEARN
+        )));
+    }
+    let [seed_s, learn_s] = [seed, learn].map(|rows| rows as f64 / rate_hz);
+    Ok(guardian::settings(rate_hz, false_alarms_per_hour, settle_s, seed_s, learn_s))
 }

@@ -25,12 +25,15 @@ use crate::trace::{TraceRow, TraceWriter};
 use crate::window::RowWindow;
 
 pub use alarm::Alarm;
-use alarm::AlarmBuilder;
+pub(crate) use alarm::AlarmBuilder;
 use learn::Start;
 pub use report::{Learned, Quality, ReplayReport};
 
 /// The residual of a run whose limits are still sought meets no relay.
-const NO_LIMIT: f32 = f32::MAX;
+pub(crate) const NO_LIMIT: f32 = f32::MAX;
+
+/// Threshold over the largest residual of the learning window, if the user says nothing.
+pub const MARGIN: f64 = 1.5;
 
 /// Where the thresholds come from.
 #[derive(Clone, Copy, Debug, PartialEq)]

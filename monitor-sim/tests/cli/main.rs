@@ -2,6 +2,7 @@
 
 mod bad_logs;
 mod bad_options;
+mod bench;
 mod desk;
 #[cfg(feature = "parquet")]
 mod fleet;

@@ -46,7 +46,7 @@ impl Alarm {
 
 /// Makes alarms of what is said.
 #[derive(Debug)]
-pub(super) struct AlarmBuilder {
+pub(crate) struct AlarmBuilder {
     rate_hz: f64,
     names: ChannelNames,
     done: Vec<Alarm>,
@@ -63,12 +63,12 @@ struct OpenAlarm {
 }
 
 impl AlarmBuilder {
-    pub(super) fn new(rate_hz: f64, names: ChannelNames) -> Self {
+    pub(crate) fn new(rate_hz: f64, names: ChannelNames) -> Self {
         AlarmBuilder { rate_hz, names, done: Vec::new(), open: None }
     }
 
     /// Takes what was said of a row; `contributions` is asked when it is the worst of its alarm so far.
-    pub(super) fn push(&mut self, row: u64, said: &Said, contributions: impl FnOnce() -> Option<[f64; 3]>) {
+    pub(crate) fn push(&mut self, row: u64, said: &Said, contributions: impl FnOnce() -> Option<[f64; 3]>) {
         let verdict = &said.verdict;
         if !verdict.alarm() {
             self.close();
@@ -96,7 +96,7 @@ impl AlarmBuilder {
         }
     }
 
-    pub(super) fn finish(mut self) -> Vec<Alarm> {
+    pub(crate) fn finish(mut self) -> Vec<Alarm> {
         self.done.extend(self.open.take().map(OpenAlarm::named));
         self.done
     }

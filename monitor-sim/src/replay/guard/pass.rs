@@ -17,7 +17,7 @@ use crate::replay::{Reading, Refusal, ReplayError, next_reading, notes};
 
 /// Slots without a reading after which the core's watch over its sensors counts as warm, whatever it was before: it counts
 /// slots, and begins to learn their noise only then.
-const WARM_UP: u64 = 256;
+pub(crate) const WARM_UP: u64 = 256;
 
 /// Half-window means further apart than this many sigma are noted.
 const SHIFT_TO_NOTE_SIGMA: f64 = 0.5;

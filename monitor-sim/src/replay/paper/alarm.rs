@@ -31,7 +31,7 @@ pub struct Alarm {
 
 /// Makes alarms of verdicts.
 #[derive(Debug)]
-pub(super) struct AlarmBuilder {
+pub(crate) struct AlarmBuilder {
     rate_hz: f64,
     thresholds: Bank<f32>,
     done: Vec<Alarm>,
@@ -46,12 +46,12 @@ struct OpenAlarm {
 }
 
 impl AlarmBuilder {
-    pub(super) fn new(rate_hz: f64, thresholds: Bank<f32>) -> Self {
+    pub(crate) fn new(rate_hz: f64, thresholds: Bank<f32>) -> Self {
         AlarmBuilder { rate_hz, thresholds, done: Vec::new(), open: None }
     }
 
     /// Takes a verdict; `contributions` is asked when it is the worst of its alarm so far.
-    pub(super) fn push(&mut self, row: u64, verdict: &Verdict, contributions: impl FnOnce() -> Option<[f32; 3]>) {
+    pub(crate) fn push(&mut self, row: u64, verdict: &Verdict, contributions: impl FnOnce() -> Option<[f32; 3]>) {
         if !verdict.relays().any() {
             self.close();
             return;
@@ -99,7 +99,7 @@ impl AlarmBuilder {
         }
     }
 
-    pub(super) fn finish(mut self) -> Vec<Alarm> {
+    pub(crate) fn finish(mut self) -> Vec<Alarm> {
         if let Some(OpenAlarm { alarm, stood }) = self.open.take() {
             self.done.push(located(alarm, &stood));
         }
