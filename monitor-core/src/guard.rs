@@ -117,7 +117,7 @@ impl Guard {
             stage: Stage::Settling(None),
             count: 0,
             gap: 0,
-            bank: Bank::default(),
+            bank: Bank::EMPTY,
             quality: Quality::default(),
             refused: None,
             trusted: false,
@@ -203,6 +203,7 @@ impl Guard {
 
     /// The set point has moved: what was known of it is recalled, or else it will be learned, unless a fault is suspected. What
     /// has become known of the one before is kept.
+    #[inline(never)]
     fn set_point_changed(&mut self, from: f32, set_point: f32) {
         let suspected = self.verdict.standing.alarm();
         self.trusted = false;

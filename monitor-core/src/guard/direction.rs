@@ -189,17 +189,13 @@ impl Directions {
         // slope: a load's is R; a speed sensor's slope/(K^2 + R slope), of which K^2 is the share q; the magnets' i/(R i - K w).
         // What both entries are off by alike is in the size.
         let q = k * k / (k * k + r * slope);
+        let of_sensor = if slope > 0.0 { [1.0 - q, 2.0 * q, q] } else { [0.0; 3] };
         let magnets = r * i - k * w;
         let (share, rest) = if magnets.abs() > 0.0 { (r * i / magnets, k * w / magnets) } else { (1.0, 1.0) };
         // Grown resistance and weak magnets act with the sign of current and speed.
         let movements = [
             (Cause::LoadTorque, [0.0, 1.0 / k, r / k], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
-            (
-                Cause::SpeedSensor,
-                [0.0, -slope / k, -(k + r * slope / k)],
-                [1.0 - q, 2.0 * q, q],
-                [1.0 - q, 2.0 * q - 1.0, 1.0 - q],
-            ),
+            (Cause::SpeedSensor, [0.0, -slope / k, -(k + r * slope / k)], of_sensor, [1.0 - q, 2.0 * q - 1.0, 1.0 - q]),
             (Cause::CurrentSensor, [0.0, 1.0, 0.0], [0.0; 3], [0.0; 3]),
             (Cause::Resistance, [0.0, 0.0, i], [0.0; 3], [0.0; 3]),
             (Cause::TorqueConstant, [0.0, i / k, magnets / k], [share, rest, 0.0], [share, share, 0.0]),
