@@ -117,7 +117,7 @@ impl Guard {
             stage: Stage::Settling(None),
             count: 0,
             gap: 0,
-            bank: Bank::EMPTY,
+            bank: Bank::default(),
             quality: Quality::default(),
             refused: None,
             trusted: false,

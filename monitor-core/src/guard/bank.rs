@@ -13,15 +13,13 @@ const BEND: f32 = 0.25;
 const REACH_SIGMAS: f32 = 8.0;
 
 /// Models of set points that were learned.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Bank {
     entries: [Option<(f32, Known)>; BANK],
     next: u8,
 }
 
 impl Bank {
-    pub(super) const EMPTY: Self = Bank { entries: [None; BANK], next: 0 };
-
     /// The place of the model that was learned nearest to a set point, within the tolerance.
     fn place(&self, gate: &SetPointGate, set_point: f32) -> Option<usize> {
         let far = |place: usize| self.entries.get(place).copied().flatten().map(|(at, _)| (at - set_point).abs());
