@@ -3,15 +3,18 @@
 //! The emulation executes the target's instructions exactly; its timing means nothing, and nothing here ran on silicon.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::Duration;
 
 use firmware_stub::deadline::Slot;
+use firmware_stub::guarded::{GUARDED_WORDS, Guarded};
 use firmware_stub::record::{self, Arrival, CHUNK, EIGEN_WORDS, Header, Kind, MATRIX_WORDS, SLOT_WORDS, VERDICT_WORDS};
 use firmware_stub::request::Request;
 use firmware_stub::sampling::{Notes, Reading};
+use firmware_stub::settings::{guard_config, motor_constants};
 use firmware_stub::{Background, Sampling, Shared};
+use monitor_core::guard::Cause;
 use monitor_core::sample::{Bank, PerPair};
 use monitor_core::units::RadPerSec;
 use monitor_core::verdict::Absence;
@@ -37,9 +40,13 @@ struct Flown {
 
 /// Sends a stream to an emulated board.
 fn fly(board: Board, stream: &[u32]) -> Result<Flown, String> {
+    fly_with(board, &firmware(), stream)
+}
+
+fn fly_with(board: Board, firmware: &Path, stream: &[u32]) -> Result<Flown, String> {
     let desk = tempfile::tempdir().unwrap();
     fs::write(desk.path().join("mission.in"), stream::bytes(stream)).unwrap();
-    let log = Run::new(board, &firmware(), desk.path()).log()?;
+    let log = Run::new(board, firmware, desk.path()).log()?;
     let answer = fs::read(desk.path().join("mission.out")).unwrap();
     let answers = answer.chunks_exact(4).map(|word| u32::from_le_bytes(word.try_into().unwrap())).collect();
     Ok(Flown { answers, log })
@@ -164,6 +171,31 @@ fn the_boards_log_names_the_three_faults_in_order_with_their_size_and_since_when
     let painted = log.iter().find_map(|line| line.strip_prefix("STACK_HIGH_WATER_BYTES=")?.parse::<u32>().ok());
     assert!(painted.is_some_and(|bytes| (500..20_000).contains(&bytes)), "{painted:?}");
     println!("STACK_HIGH_WATER_BYTES={}", painted.unwrap());
+}
+
+#[test]
+fn guard_mode_says_the_same_on_host_and_target_to_the_last_bit_and_its_log_names_the_faults() {
+    let slots = mission();
+    let mut guarded = Guarded::new(&guard_config(1000.0), motor_constants()).unwrap();
+    let host: Vec<[u32; GUARDED_WORDS]> = slots.iter().map(|slot| guarded.turn(slot)).collect();
+    // The mission is worth comparing only if it holds what it should.
+    const FAULT: u32 = 2;
+    let causes = [Cause::LoadTorque, Cause::SpeedSensor, Cause::CurrentSensor];
+    for (cause, at) in causes.into_iter().zip([35_000, 75_000, 115_000]) {
+        assert_eq!(host[at][7..9], [FAULT, cause as u32], "{at}");
+    }
+    let firmware = toolchain::build("qemu-guard").unwrap_or_else(|error| panic!("{error}"));
+    let on_m4 = fly_with(Board::CortexM4, &firmware, &mission_stream(&slots)).unwrap();
+    assert_equal(&on_m4.answers, &host, "verdict");
+    let on_m7 = fly_with(Board::CortexM7, &firmware, &mission_stream(&slots)).unwrap();
+    assert_equal(&on_m7.answers, &host, "verdict");
+    for (cause, from) in causes.into_iter().zip([20.0, 60.0, 100.0]) {
+        let named = on_m4.log.iter().any(|line| {
+            let at = line.split(" s: ").next().and_then(|at| at.parse::<f64>().ok());
+            at.is_some_and(|at| (from..from + 1.0).contains(&at)) && line.contains(&format!("cause: {cause:?}"))
+        });
+        assert!(named, "{cause:?} is not named within a second: {:#?}", on_m4.log);
+    }
 }
 
 #[test]

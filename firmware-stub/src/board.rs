@@ -5,6 +5,8 @@ mod handlers;
 #[cfg(any(feature = "board-qemu", feature = "emulated"))]
 pub mod host;
 #[cfg(feature = "board-qemu")]
+pub mod exchange;
+#[cfg(feature = "board-qemu")]
 pub mod qemu;
 #[cfg(feature = "board-qemu")]
 mod register;

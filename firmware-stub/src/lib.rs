@@ -3,7 +3,7 @@
 //! In the order in which a sample passes: which [slot](deadline) of the sampling clock the interrupt belongs to, what the
 //! [interrupt](sampling) does with it, what the [main loop](background) does at leisure, what can be [asked](request) of
 //! it, how it is reported (`report`, with the feature `defmt`), and [how a run can end](fault). Beside them stand the
-//! [records](record) that a host and an emulated board exchange, the [kernels] that an audit calls one by one, and the
+//! [records](record) that a host and an emulated board exchange, [`guard` mode](guarded) slot by slot, the [kernels] that an audit calls one by one, and the
 //! boards, of which a build has at most one.
 
 #![no_std]
@@ -26,6 +26,7 @@ pub mod request;
 pub mod report;
 pub mod fault;
 pub mod record;
+pub mod guarded;
 pub mod kernels;
 pub mod settings;
 pub mod scale;

@@ -1,6 +1,7 @@
 //! The settings a board starts with.
 
 use monitor_core::Config;
+use monitor_core::guard::{self, MotorConstants};
 use monitor_core::sample::{Bank, PerPair};
 
 /// Rate of the sampling interrupt, Hz.
@@ -20,4 +21,16 @@ pub const fn default_motor() -> Config {
         return Config { settle_s: 0.5, learn_s: 1.0, ..paper };
     }
     paper
+}
+
+/// Settings of `guard` mode, for any motor: as long to settle, to seed and to learn as the default mission gives.
+#[must_use]
+pub const fn guard_config(sample_rate_hz: f32) -> guard::Config {
+    guard::Config { settle_s: 3.0, ..guard::Config::at_rate(sample_rate_hz) }
+}
+
+/// Constants of the default motor, by its data sheet; its load does not depend on speed. Within 20 % will do.
+#[must_use]
+pub const fn motor_constants() -> MotorConstants {
+    MotorConstants { resistance_ohm: 0.299, torque_constant_nm_per_a: 0.0302, load_slope_nm_s: 0.0 }
 }

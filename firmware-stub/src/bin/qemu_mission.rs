@@ -14,13 +14,13 @@ use cortex_m_rt::{entry, exception};
 use critical_section::Mutex;
 use firmware_stub::background::{Background, Shared};
 use firmware_stub::board;
-use firmware_stub::board::host::{self, HostFile};
+use firmware_stub::board::exchange::{Answered, Exchange, Refusal};
+use firmware_stub::board::host;
 use firmware_stub::board::qemu::{FaultOutput, Watchdog, high_water_bytes};
 use firmware_stub::deadline::Slot;
 use firmware_stub::fault::Reason;
 use firmware_stub::record::{
-    Arrival, CHUNK, EIGEN_WORDS, HEADER_WORDS, Header, Kind, MATRIX_WORDS, SLOT_WORDS, VERDICT_WORDS, check_word,
-    eigen_to_words, verdict_to_words,
+    Arrival, EIGEN_WORDS, Kind, MATRIX_WORDS, SLOT_WORDS, VERDICT_WORDS, eigen_to_words, verdict_to_words,
 };
 use firmware_stub::report::Report;
 use firmware_stub::sampling::{Notes, Sampling};
@@ -36,9 +36,6 @@ static INTERRUPT: Mutex<RefCell<Option<(Sampling<'static>, FaultOutput)>>> = Mut
 static ARRIVAL: Mutex<Cell<Option<Arrival>>> = Mutex::new(Cell::new(None));
 /// What the interrupt made of it.
 static VERDICT: Mutex<Cell<Option<Verdict>>> = Mutex::new(Cell::new(None));
-
-/// A sentence for the host, ending in a zero byte.
-type Refusal = &'static [u8];
 
 #[entry]
 fn main() -> ! {
@@ -58,32 +55,21 @@ fn main() -> ! {
 
 /// Flies what the host sends.
 fn fly(watchdog: &mut Watchdog) -> Result<(), Refusal> {
-    let input = HostFile::to_read(b"mission.in\0").ok_or(&b"error: mission.in cannot be opened\n\0"[..])?;
-    let output = HostFile::to_write(b"mission.out\0").ok_or(&b"error: mission.out cannot be opened\n\0"[..])?;
-    let mut header = [0; HEADER_WORDS];
-    if input.read(&mut header) != HEADER_WORDS {
-        return Err(b"error: the stream ends inside its header\n\0");
-    }
-    checked(&input, &header)?;
-    let header = Header::from_words(header).ok_or(&b"error: the stream is not one of slots or matrices\n\0"[..])?;
-    match header.kind {
+    let exchange = Exchange::open()?;
+    match exchange.header.kind {
         Kind::Mission => {
-            let mut loop_ = MainLoop::new(&header.config)?;
-            stream(&input, &output, header.records, |words: [u32; SLOT_WORDS]| {
+            let mut loop_ = MainLoop::new(&exchange.header.config)?;
+            exchange.answer(|words: [u32; SLOT_WORDS]| {
                 watchdog.feed();
                 loop_.turn(words)
             })
         }
-        Kind::Matrices => {
-            stream(&input, &output, header.records, |words: [u32; MATRIX_WORDS]| -> Answered<EIGEN_WORDS> {
-                watchdog.feed();
-                Ok(eigen_to_words(words))
-            })
-        }
+        Kind::Matrices => exchange.answer(|words: [u32; MATRIX_WORDS]| -> Answered<EIGEN_WORDS> {
+            watchdog.feed();
+            Ok(eigen_to_words(words))
+        }),
     }
 }
-
-type Answered<const N: usize> = Result<[u32; N], Refusal>;
 
 /// The main loop of a mission.
 struct MainLoop {
@@ -147,45 +133,4 @@ fn PendSV() {
         let verdict = sampling.on_interrupt(Slot::default(), arrival.set_point, read, |fault| output.set(fault));
         VERDICT.borrow(cs).set(Some(*verdict));
     });
-}
-
-/// Answers each record of `input` with one to `output`.
-fn stream<const I: usize, const O: usize>(
-    input: &HostFile,
-    output: &HostFile,
-    records: u32,
-    mut answer: impl FnMut([u32; I]) -> Answered<O>,
-) -> Result<(), Refusal> {
-    let (mut questions, mut answers) = ([[0; I]; CHUNK], [[0; O]; CHUNK]);
-    let mut left = records as usize;
-    while left > 0 {
-        let wanted = left.min(CHUNK);
-        let (Some(questions), Some(answers)) = (questions.get_mut(..wanted), answers.get_mut(..wanted)) else { break };
-        if input.read(questions.as_flattened_mut()) != wanted * I {
-            return Err(b"error: the stream ends early\n\0");
-        }
-        checked(input, questions.as_flattened())?;
-        for (question, slot) in questions.iter().zip(answers.iter_mut()) {
-            *slot = answer(*question)?;
-        }
-        if !output.write(answers.as_flattened()) {
-            return Err(b"error: mission.out cannot be written\n\0");
-        }
-        left -= wanted;
-    }
-    Ok(())
-}
-
-/// Reads the check word behind `words` and compares.
-fn checked(input: &HostFile, words: &[u32]) -> Result<(), Refusal> {
-    let mut check = [0];
-    if input.read(&mut check) != 1 {
-        return Err(b"error: the stream ends before a check word\n\0");
-    }
-    let [check] = check;
-    if check == check_word(words) {
-        Ok(())
-    } else {
-        Err(b"error: the stream is corrupt, a check word does not fit\n\0")
-    }
 }
