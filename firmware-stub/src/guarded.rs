@@ -59,7 +59,7 @@ impl Guarded {
         let verdict = self.guard.verdict();
         if !verdict.deviates() {
             self.found = Finding::Healthy;
-        } else if verdict.sample() % NAMED_EVERY == 0 {
+        } else if verdict.sample().is_multiple_of(NAMED_EVERY) {
             self.found = self.guard.finding(&self.directions);
         }
         self.to_words()
