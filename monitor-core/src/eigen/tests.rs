@@ -142,6 +142,19 @@ fn zero_diagonal_and_extreme_scales_are_decomposed() {
 }
 
 #[test]
+fn eigenvalues_that_differ_by_what_keeps_a_radius_from_zero_have_orthonormal_vectors() {
+    // Two eigenvalues of -4 but for the diagonal, which leaves differences of a few times that summand in their plane.
+    let diagonal = [-3.0, -2.0, -1.0, -0.5, 0.0, 1.0 / 3.0, 0.5, 1.0, 2.0].map(|factor: f32| factor * SMALL);
+    for a in diagonal {
+        for b in diagonal {
+            for c in diagonal {
+                check(Matrix3::new(a, 4.0, 4.0, 4.0, b, 4.0, 4.0, 4.0, c));
+            }
+        }
+    }
+}
+
+#[test]
 fn a_power_of_two_scales_the_values_bit_for_bit_and_leaves_the_vectors_as_they_are() {
     let three = Matrix3::new(1.0, 0.5, -0.25, 0.5, 2.0, 0.125, -0.25, 0.125, 1.5);
     let two = Matrix2::new(1.0, 0.5, 0.5, -2.0);
