@@ -1,6 +1,6 @@
-// One view [a, b] in seconds for all pictures over time of the page. Without this script the page stands as drawn.
+// One view [a, b] in seconds for all pictures over the same time as the first. Without this script the page stands as drawn.
 (() => {
-  const pictures = [...document.querySelectorAll("svg[data-time]")];
+  const pictures = [...document.querySelectorAll("svg[data-time]")].filter((svg, _, all) => svg.dataset.time === all[0].dataset.time);
   if (!pictures.length) return;
   const NS = "http:" + "//www.w3.org/2000/svg";
   const LEFT = 130, RIGHT = 982, TOP = 24, SPAN = RIGHT - LEFT;
@@ -70,8 +70,26 @@
       ArrowLeft: () => show(a - pan, b - pan), ArrowRight: () => show(a + pan, b + pan) }[e.key];
     if (act && !e.ctrlKey && !e.metaKey) { e.preventDefault(); act(); }
   }));
-  // A link ending in #t=20..30 opens on that stretch.
-  const linked = () => { const m = /^#t=([\d.]+?)\.\.([\d.]+)$/.exec(location.hash); if (m && +m[2] > +m[1]) show(+m[1], +m[2]); };
+  // The instants of a table of events are buttons that move the view there.
+  const events = [...document.querySelectorAll("table")].filter(t => t.tHead.rows[0].cells[0].textContent === "at, s")
+    .flatMap(t => [...t.tBodies[0].rows]).map(row => row.cells[0]);
+  const visit = cell => {
+    const t = parseFloat(cell.textContent);
+    show(t - (last - first) / 70, t + (last - first) / 35);
+    pictures[0].scrollIntoView({ block: "center", behavior: matchMedia("(prefers-reduced-motion: reduce)").matches ? "auto" : "smooth" });
+  };
+  for (const cell of events) {
+    const button = document.createElement("button");
+    button.textContent = cell.textContent;
+    button.title = "show in the pictures";
+    button.onclick = () => visit(cell);
+    cell.replaceChildren(button);
+  }
+  addEventListener("beforeprint", () => show(first, last));
+  // A link ending in #t=20..30 opens on that stretch, one in #event=2 at the second event.
+  const linked = () => { const m = /^#t=([\d.]+?)\.\.([\d.]+)$/.exec(location.hash); if (m && +m[2] > +m[1]) show(+m[1], +m[2]);
+    const event = /^#event=(\d+)$/.exec(location.hash); if (event && events[event[1] - 1]) visit(events[event[1] - 1]);
+  };
   addEventListener("hashchange", linked);
   draw(); linked();
 })();
