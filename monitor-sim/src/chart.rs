@@ -212,7 +212,8 @@ pub fn time_chart(chart: &TimeChart, axis: &TimeAxis) -> Drawn<Picture> {
     let series = chart.series.iter().enumerate().map(|(k, s)| (Swatch::Series(k), s.name.to_owned()));
     let limits = chart.limits.iter().map(|(name, _)| (Swatch::Limit, name.clone()));
     let bands = (!axis.bands.is_empty()).then(|| (Swatch::Band, "true fault".to_owned()));
-    Ok(Picture { svg: scalable(&svg), legend: series.chain(limits).chain(bands).collect() })
+    let bottom = if chart.stacked { BOTTOM_STACKED } else { BOTTOM };
+    Ok(Picture { svg: over_time(&scalable(&svg), axis, bottom), legend: series.chain(limits).chain(bands).collect() })
 }
 
 /// Draws logical outputs under each other.
@@ -261,7 +262,7 @@ pub fn logic_chart(rows: &[LogicRow], axis: &TimeAxis) -> Drawn<Picture> {
         }
         root.present().map_err(failed)?;
     }
-    Ok(Picture { svg: scalable(&svg), legend: Vec::new() })
+    Ok(Picture { svg: over_time(&scalable(&svg), axis, BOTTOM), legend: Vec::new() })
 }
 
 /// Draws groups of bars in percent, with a dashed line at `criterion`.
@@ -343,6 +344,12 @@ fn joined(intervals: &[(f64, f64)], gap: f64) -> Vec<(f64, f64)> {
         }
     }
     merged
+}
+
+/// Tells the page's script which stretch of time a picture shows, s, and how much room its labels take below.
+fn over_time(svg: &str, axis: &TimeAxis, bottom: u32) -> String {
+    let (from, to) = axis.range;
+    svg.replacen(" aria-hidden", &format!(" data-time=\"{from} {to}\" data-bottom=\"{bottom}\" aria-hidden"), 1)
 }
 
 /// Gives the SVG a view box instead of a fixed size, so that it fits the page.

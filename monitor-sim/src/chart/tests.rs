@@ -27,7 +27,7 @@ fn a_chart_shows_its_series_its_limit_its_bands_and_its_units() {
     assert!(svg.contains("time, s") && svg.contains("T², 1"));
     assert!(svg.contains("F1 &lt;cord&gt;") && !svg.contains("<cord>"));
     assert_eq!(legend.len(), 3);
-    assert!(svg.starts_with("<svg viewBox=\"0 0 1000 280\""));
+    assert!(svg.starts_with("<svg viewBox=\"0 0 1000 280\" data-time=\"0 140\" data-bottom=\"48\""));
 }
 
 #[test]
