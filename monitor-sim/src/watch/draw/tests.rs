@@ -23,7 +23,7 @@ fn each_phase_has_its_verdict_and_a_fault_its_name_size_and_time() {
         (0.0, "not judged: the loop is given time to settle"),
         (5.0, "not judged: learning what healthy means"),
         (14.0, "healthy"),
-        (24.9, "ALARM  F3 current sensor 0.50"),
+        (24.9, "ALARM  F3 current sensor 0.4998 ± 0.0058 A"),
     ] {
         let text = as_text(&at(t_s), 80, 24).unwrap();
         let line = text.lines().nth(1).unwrap();
