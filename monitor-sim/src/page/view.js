@@ -2,7 +2,7 @@
 (() => {
   const pictures = [...document.querySelectorAll("svg[data-time]")].filter((svg, _, all) => svg.dataset.time === all[0].dataset.time);
   if (!pictures.length) return;
-  const NS = "http:" + "//www.w3.org/2000/svg";
+  const NS = pictures[0].namespaceURI;
   const LEFT = 130, RIGHT = 982, TOP = 24, SPAN = RIGHT - LEFT;
   const [first, last] = pictures[0].dataset.time.split(" ").map(Number);
   let a = first, b = last;
