@@ -117,7 +117,7 @@ impl Flight {
             return;
         }
         let finding = self.guard.finding(&self.directions);
-        assert_eq!(finding == Finding::Healthy, !(verdict.phase() == Phase::Monitoring && verdict.deviates()));
+        assert_eq!(finding == Finding::Healthy, !verdict.deviates());
         if let Finding::Fault(found) | Finding::Ambiguous(found, _) = finding {
             assert!(found.size.is_finite() && found.size_sigma > 0.0 && found.misfit >= 0.0, "{found:?}");
             assert_ne!(found.cause, Cause::Supply, "no direction was given for it");
