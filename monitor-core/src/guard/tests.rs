@@ -2,6 +2,8 @@
 
 use super::*;
 
+mod set_points;
+
 extern crate std;
 use std::vec::Vec;
 
@@ -172,141 +174,10 @@ fn a_fault_that_begins_while_learning_refuses_the_window_and_names_the_channel()
 }
 
 #[test]
-fn a_loop_that_needs_longer_than_the_settling_time_is_learned_once_it_has_settled() {
-    let mut watch = Watch::new(&config(), 26);
-    let swinging_in = |k: u32, [a, b, c]: [f32; 3]| [a - 50.0 * (-(k as f32) / 600.0).exp(), b, c];
-    watch.run(2_000, swinging_in);
-    assert_eq!(watch.guard.refused(), Some(LearnError::Drifting(Channel::Speed)));
-    let verdicts = watch.run(20_000, |k, x| swinging_in(k + 2_000, x));
-    assert!(verdicts.last().unwrap().phase() == Phase::Monitoring && !verdicts.iter().any(Verdict::alarm));
-    let sigma = watch.guard.model().unwrap().sigma()[0];
-    assert!(sigma < 1.1 * SIGMA[0], "{sigma}");
-}
-
-#[test]
-fn a_stored_model_judges_after_a_loss_of_power_as_it_did_before() {
-    let mut watch = Watch::learned(27);
-    (watch.set_point, watch.motor.mean) = (200.0, [200.0, 1.5, 7.0]);
-    watch.run(30_000, |_, x| x);
-    let bytes: Vec<Vec<u8>> = watch.guard.stored().map(|stored| stored.bytes().to_vec()).collect();
-    assert_eq!(bytes.len(), 2);
-    let mut next = Watch::new(&config(), 28);
-    for bytes in &bytes {
-        next.guard.restore(&Stored::of_bytes(bytes).unwrap()).unwrap();
-    }
-    (next.set_point, next.motor.mean) = (watch.set_point, watch.motor.mean);
-    next.run(1, |_, x| x);
-    assert_eq!((next.guard.model(), next.guard.limits()), (watch.guard.model(), watch.guard.limits()));
-    let verdicts = next.run(1_000, |_, x| x);
-    assert_eq!(phases(&verdicts), [Phase::Settling, Phase::Monitoring]);
-    assert!(!next.run(20_000, |_, x| x).iter().any(Verdict::alarm));
-    assert!(first_alarm(&next.run(500, off(Channel::Speed, 5.0))).is_some());
-}
-
-#[test]
-fn a_model_of_another_sampling_rate_or_of_other_settings_or_a_damaged_one_is_refused_and_changes_nothing() {
-    let watch = Watch::learned(29);
-    let stored = watch.guard.stored().next().unwrap();
-    let restored = |change: fn(&mut Config)| {
-        let mut config = config();
-        change(&mut config);
-        let mut guard = Guard::new(&config).unwrap();
-        let result = guard.restore(&stored);
-        assert_eq!(guard.stored().count(), usize::from(result.is_ok()));
-        result
-    };
-    assert_eq!(restored(|_| ()), Ok(()));
-    assert_eq!(restored(|c| c.sample_rate_hz = 500.0), Err(RestoreError::SampleRate(1_000.0)));
-    assert_eq!(restored(|c| c.time_constants_s[2] = 3.0), Err(RestoreError::TimeConstants));
-    assert_eq!(restored(|c| c.false_alarms_per_hour = 1.0), Err(RestoreError::FalseAlarmRate));
-    let damaged = |place: usize| {
-        let mut bytes = *stored.bytes();
-        bytes[place] ^= 16;
-        Stored::of_bytes(&bytes).map(|_| ())
-    };
-    assert_eq!(damaged(0), Err(RestoreError::Format));
-    for place in 4..Stored::BYTES {
-        assert_eq!(damaged(place), Err(RestoreError::Damaged));
-    }
-    assert_eq!(Stored::of_bytes(&stored.bytes()[1..]).map(|_| ()), Err(RestoreError::Length));
-    assert_eq!(Stored::of_bytes(&[0; Stored::BYTES]).map(|_| ()), Err(RestoreError::Format));
-}
-
-#[test]
-fn a_new_set_point_between_known_ones_is_learned_where_a_propellers_load_lies_and_is_an_alarm_where_none_does() {
-    let at = |speed: f32| [speed, 0.5 + 1.5 * (speed / 300.0).powi(2), 0.04 * speed];
-    let mut watch = Watch::new(&config(), 30);
-    let go = |watch: &mut Watch, speed: f32, extra: f32| {
-        (watch.set_point, watch.motor.mean) = (speed, at(speed));
-        watch.motor.mean[1] += extra;
-        watch.run(14_000, |_, x| x)
-    };
-    for speed in [100.0, 300.0, 200.0] {
-        let verdicts = go(&mut watch, speed, 0.0);
-        assert!(
-            verdicts.last().unwrap().phase() == Phase::Monitoring && !verdicts.iter().any(Verdict::alarm),
-            "{speed}"
-        );
-    }
-    // Half the load more.
-    let verdicts = go(&mut watch, 150.0, 0.5);
-    let found = first_alarm(&verdicts).unwrap();
-    assert!(found < 1_200, "when the seeding windows are over: {found}");
-    assert_eq!(watch.guard.refused(), Some(LearnError::Unexpected(Channel::ArmatureCurrent)));
-    assert!(
-        verdicts[found..].iter().all(|v| v.phase() == Phase::Withheld && v.since() == Some(verdicts[found].sample()))
-    );
-    // It is said to be healthy, and learned.
-    watch.guard.acknowledge();
-    let verdicts = watch.run(14_000, |_, x| x);
-    assert!(verdicts.last().unwrap().phase() == Phase::Monitoring && !verdicts.iter().any(Verdict::alarm));
-}
-
-#[test]
 fn a_constant_channel_is_refused_and_named() {
     let mut watch = Watch::new(&config(), 8);
     watch.run(1_000, |_, [a, b, _]| [a, b, 10.0]);
     assert_eq!(watch.guard.refused(), Some(LearnError::ConstantChannel(Channel::ArmatureVoltage)));
-}
-
-#[test]
-fn a_known_set_point_is_recalled_and_an_unknown_one_is_learned() {
-    let mut watch = Watch::learned(9);
-    (watch.set_point, watch.motor.mean) = (200.0, [200.0, 1.5, 7.0]);
-    let verdicts = watch.run(14_000, |_, x| x);
-    assert_eq!(verdicts[0].phase(), Phase::Settling);
-    assert!(!verdicts.iter().any(Verdict::alarm));
-    assert_eq!(watch.guard.verdict().phase(), Phase::Monitoring);
-    // Back, through a transient of half a second.
-    (watch.set_point, watch.motor.mean) = (SET_POINT, MEAN);
-    let transient = |k: u32, [a, b, c]: [f32; 3]| {
-        let rest = (-(k as f32) / 150.0).exp();
-        [a - 100.0 * rest, b + 3.0 * rest, c + 2.0 * rest]
-    };
-    let verdicts = watch.run(6_000, transient);
-    assert_eq!(phases(&verdicts), [Phase::Settling, Phase::Monitoring], "recalled, and judged once it has settled");
-    let settled = verdicts.iter().position(|v| v.phase() == Phase::Monitoring).unwrap();
-    assert!((600..2_000).contains(&settled), "{settled}");
-    assert!(!verdicts.iter().any(|v| v.alarm() || v.recovering()));
-    let found = first_alarm(&watch.run(2_000, off(Channel::ArmatureVoltage, 2.0))).unwrap();
-    assert!(found < 200, "{found}");
-}
-
-#[test]
-fn nothing_is_learned_at_an_unknown_set_point_that_is_reached_with_a_fault() {
-    let mut watch = Watch::learned(10);
-    watch.run(1_000, off(Channel::ArmatureCurrent, 10.0));
-    watch.set_point = 250.0;
-    let verdicts = watch.run(8_000, off(Channel::ArmatureCurrent, 10.0));
-    assert!(verdicts.iter().all(|v| v.phase() == Phase::Withheld && v.deviates()), "the alarm stands");
-    // At the known one it goes on, and when the fault is gone it is silent, and learns again.
-    watch.set_point = SET_POINT;
-    let verdicts = watch.run(4_000, off(Channel::ArmatureCurrent, 10.0));
-    assert!(verdicts.last().unwrap().deviates());
-    assert!(!watch.run(4_000, |_, x| x).last().unwrap().deviates());
-    watch.set_point = 250.0;
-    watch.run(14_000, |_, x| x);
-    assert_eq!(watch.guard.verdict().phase(), Phase::Monitoring);
 }
 
 #[test]
@@ -430,44 +301,6 @@ fn two_faults_at_once_are_an_alarm_and_leave_a_healthy_monitor_behind() {
     let verdicts = watch.run(4_000, |k, x| off(Channel::Speed, 8.0)(k, off(Channel::ArmatureVoltage, -6.0)(k, x)));
     assert!(verdicts[100..].iter().all(Verdict::deviates));
     assert!(!watch.run(5_000, |_, x| x)[3_000..].iter().any(Verdict::alarm));
-}
-
-#[test]
-fn a_fault_that_begins_inside_the_gate_of_a_known_set_point_is_found_when_it_opens() {
-    let mut watch = Watch::learned(20);
-    (watch.set_point, watch.motor.mean) = (200.0, [200.0, 1.5, 7.0]);
-    watch.run(14_000, |_, x| x);
-    (watch.set_point, watch.motor.mean) = (SET_POINT, MEAN);
-    let verdicts = watch.run(4_000, off(Channel::ArmatureCurrent, 4.0));
-    assert_eq!(phases(&verdicts), [Phase::Settling, Phase::Monitoring]);
-    let found = first_alarm(&verdicts).unwrap();
-    assert!(found < 600, "{found}");
-    assert!(verdicts[found..].iter().all(Verdict::deviates));
-}
-
-#[test]
-fn a_loop_that_does_not_settle_at_a_known_set_point_is_an_alarm_when_its_time_is_over() {
-    let mut watch = Watch::learned(21);
-    (watch.set_point, watch.motor.mean) = (200.0, [200.0, 1.5, 7.0]);
-    watch.run(14_000, |_, x| x);
-    (watch.set_point, watch.motor.mean) = (SET_POINT, MEAN);
-    let swinging = |k: u32, [a, b, c]: [f32; 3]| [a + (k as f32 * 0.01).sin(), b, c];
-    let found = first_alarm(&watch.run(4_000, swinging)).unwrap();
-    assert!((2_000..3_000).contains(&found), "{found}");
-}
-
-#[test]
-fn what_has_become_known_of_a_set_point_is_kept_for_the_next_visit() {
-    let mut watch = Watch::learned(22);
-    let young = watch.guard.limits().unwrap();
-    watch.run(60_000, |_, x| x);
-    let sharp = watch.guard.limits().unwrap();
-    (watch.set_point, watch.motor.mean) = (200.0, [200.0, 1.5, 7.0]);
-    watch.run(14_000, |_, x| x);
-    (watch.set_point, watch.motor.mean) = (SET_POINT, MEAN);
-    watch.run(1, |_, x| x);
-    assert_eq!(watch.guard.limits(), Some(sharp));
-    assert!(sharp[2] < 0.9 * young[2], "{sharp:?} {young:?}");
 }
 
 #[test]
