@@ -5,6 +5,7 @@
 //! what was learned. No count of repeats has to be chosen.
 
 use super::flag::{Flag, lesser};
+use crate::moments::Moments;
 
 /// Slots of a round: each channel is looked at once in it, so that no slot looks at all of them.
 pub(super) const ROUND: u32 = 4;
@@ -27,6 +28,9 @@ const RUN: u32 = 4;
 
 /// Rounds until the mean square has forgotten where it started: four of its time constants.
 const WARM_UP: u32 = 32;
+
+/// Two seeding windows and a learning window, as short as they may be, are longer: something is always seen.
+const _: () = assert!(WARM_UP * ROUND < 6 * Moments::<3>::MIN_SAMPLES);
 
 /// One channel: the reading before, and the mean square of the changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,11 +95,8 @@ impl Activity {
         }
     }
 
-    /// Below these a channel is stuck. After a window so short that nothing was seen, none ever is.
+    /// Below these a channel is stuck.
     pub(super) fn stuck_below(&self) -> [f32; 3] {
-        if !(self.slots > 0.0) {
-            return [0.0; 3];
-        }
         let mut below = self.least;
         for (below, mean) in below.iter_mut().zip(self.mean) {
             let share = *below / mean.max(f32::MIN_POSITIVE);
