@@ -3,7 +3,7 @@
 //! ```text
 //! sample ─ fit? ─ gate ─ deviation (1.7) ─┬─ fast   ─ T² ─┐
 //!            │                            ├─ middle ─ T² ─┼─ limits ─ raise, withdraw ─ verdict
-//!          losses                         │    └─ trend ─┤                  │
+//!          losses                         │  └─ trend ─ T² ┤                  │
 //!                                         └─ slow   ─ T² ─┘                  │
 //!                                              └─ estimate ─ directions ─ finding, size   (on request)
 //! ```

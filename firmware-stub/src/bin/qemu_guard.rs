@@ -7,30 +7,16 @@
 #![no_main]
 
 use cortex_m_rt::entry;
-use firmware_stub::board::exchange::{Exchange, Refusal};
-use firmware_stub::board::host;
-use firmware_stub::board::qemu::{Watchdog, high_water_bytes};
+use firmware_stub::board::exchange::{Exchange, Refusal, leave_after};
+use firmware_stub::board::qemu::Watchdog;
 use firmware_stub::guarded::Guarded;
 use firmware_stub::record::{Arrival, Kind};
 use firmware_stub::settings::{guard_config, motor_constants};
 use monitor_core::guard::Finding;
 
-/// See `qemu-mission`.
-const WATCHDOG_MS: u32 = 20_000;
-
 #[entry]
 fn main() -> ! {
-    let mut watchdog = Watchdog::start(WATCHDOG_MS);
-    match fly(&mut watchdog) {
-        Ok(()) => {
-            defmt::println!("STACK_HIGH_WATER_BYTES={=u32}", high_water_bytes());
-            host::leave(true)
-        }
-        Err(refusal) => {
-            host::say(refusal);
-            host::leave(false)
-        }
-    }
+    leave_after(fly)
 }
 
 fn fly(watchdog: &mut Watchdog) -> Result<(), Refusal> {

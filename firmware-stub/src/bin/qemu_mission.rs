@@ -14,9 +14,8 @@ use cortex_m_rt::{entry, exception};
 use critical_section::Mutex;
 use firmware_stub::background::{Background, Shared};
 use firmware_stub::board;
-use firmware_stub::board::exchange::{Answered, Exchange, Refusal};
-use firmware_stub::board::host;
-use firmware_stub::board::qemu::{FaultOutput, Watchdog, high_water_bytes};
+use firmware_stub::board::exchange::{Answered, Exchange, Refusal, leave_after};
+use firmware_stub::board::qemu::{FaultOutput, Watchdog};
 use firmware_stub::deadline::Slot;
 use firmware_stub::fault::Reason;
 use firmware_stub::record::{
@@ -25,10 +24,6 @@ use firmware_stub::record::{
 use firmware_stub::report::Report;
 use firmware_stub::sampling::{Notes, Sampling};
 use monitor_core::{Config, Monitor, Verdict};
-
-/// A main loop that does not come round in this time has stopped, ms of the emulator's clock: a chunk's worth of
-/// semihosting on a busy host stays far below.
-const WATCHDOG_MS: u32 = 20_000;
 
 /// What the interrupt owns: its state, and the output it drives.
 static INTERRUPT: Mutex<RefCell<Option<(Sampling<'static>, FaultOutput)>>> = Mutex::new(RefCell::new(None));
@@ -39,18 +34,7 @@ static VERDICT: Mutex<Cell<Option<Verdict>>> = Mutex::new(Cell::new(None));
 
 #[entry]
 fn main() -> ! {
-    let mut watchdog = Watchdog::start(WATCHDOG_MS);
-    match fly(&mut watchdog) {
-        Ok(()) => {
-            // For the audit's stack budget.
-            defmt::println!("STACK_HIGH_WATER_BYTES={=u32}", high_water_bytes());
-            host::leave(true)
-        }
-        Err(refusal) => {
-            host::say(refusal);
-            host::leave(false)
-        }
-    }
+    leave_after(fly)
 }
 
 /// Flies what the host sends.

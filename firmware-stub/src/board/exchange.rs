@@ -1,6 +1,7 @@
 //! A stream of records from the host, each answered by one.
 
-use super::host::HostFile;
+use super::host::{self, HostFile};
+use super::qemu::{Watchdog, high_water_bytes};
 use crate::record::{CHUNK, HEADER_WORDS, Header, check_word};
 
 /// A sentence for the host, ending in a zero byte.
@@ -8,6 +9,25 @@ pub type Refusal = &'static [u8];
 
 /// An answer of so many words.
 pub type Answered<const N: usize> = Result<[u32; N], Refusal>;
+
+/// A main loop that does not come round in this time has stopped, ms of the emulator's clock: a chunk's worth of
+/// semihosting on a busy host stays far below.
+const WATCHDOG_MS: u32 = 20_000;
+
+/// Lets a board fly what the host sends, and leaves: with the exit code 0 and the depth of the stack, or with a refusal.
+pub fn leave_after(fly: impl FnOnce(&mut Watchdog) -> Result<(), Refusal>) -> ! {
+    match fly(&mut Watchdog::start(WATCHDOG_MS)) {
+        Ok(()) => {
+            // For the audit's stack budget.
+            defmt::println!("STACK_HIGH_WATER_BYTES={=u32}", high_water_bytes());
+            host::leave(true)
+        }
+        Err(refusal) => {
+            host::say(refusal);
+            host::leave(false)
+        }
+    }
+}
 
 /// The host's files, behind the header of its stream.
 #[derive(Debug)]
