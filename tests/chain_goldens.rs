@@ -2,9 +2,9 @@
 
 use monitor_core::hotelling::Model;
 use monitor_core::moments::Moments;
+use monitor_core::paper::{Baseline, Config, Monitor};
 use monitor_core::pca::ExplainedShare;
 use monitor_core::sample::{Bank, ModelId, Pair, PerPair};
-use monitor_core::{Baseline, Config, Monitor};
 use serde::Deserialize;
 
 /// `tests/references/goldens.py` made it.

@@ -19,7 +19,7 @@ use firmware_stub::deadline::Deadline;
 use firmware_stub::fault::Reason;
 use firmware_stub::report::Report;
 use firmware_stub::sampling::{Notes, Sampling};
-use monitor_core::Monitor;
+use monitor_core::paper::Monitor;
 
 mod common;
 

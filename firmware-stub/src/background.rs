@@ -1,8 +1,8 @@
 //! The main loop's side: everything that may take its time. It ends learning, answers requests, and tells whether the
 //! sampling interrupt is alive.
 
-use monitor_core::Baseline;
 use monitor_core::moments::LearnError;
+use monitor_core::paper::Baseline;
 use monitor_core::pca::ExplainedShare;
 use monitor_core::units::RadPerSec;
 

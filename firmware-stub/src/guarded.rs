@@ -1,7 +1,9 @@
 //! A motor watched in `guard` mode slot by slot, as host and emulated board do it: the same lines on both, so that what they
 //! answer can be compared in every bit.
 
-use monitor_core::guard::{Config, ConfigError, Directions, Explanation, Finding, Guard, Model, MotorConstants, Phase};
+use monitor_core::guard::{
+    Config, ConfigError, Directions, Explanation, Finding, Model, Monitor, MotorConstants, Phase,
+};
 
 use crate::record::Arrival;
 use crate::sampling::Reading;
@@ -15,7 +17,7 @@ const NAMED_EVERY: u64 = 16;
 /// The monitor, and the directions by which it names faults once it has learned.
 #[derive(Clone, Debug)]
 pub struct Guarded {
-    guard: Guard,
+    guard: Monitor,
     motor: MotorConstants,
     directions: Directions,
     found: Finding,
@@ -27,12 +29,12 @@ impl Guarded {
     /// # Errors
     /// [`ConfigError`] names the setting that is out of range.
     pub fn new(config: &Config, motor: MotorConstants) -> Result<Self, ConfigError> {
-        Ok(Guarded { guard: Guard::new(config)?, motor, directions: Directions::none(), found: Finding::Healthy })
+        Ok(Guarded { guard: Monitor::new(config)?, motor, directions: Directions::none(), found: Finding::Healthy })
     }
 
     /// The monitor.
     #[must_use]
-    pub const fn guard(&self) -> &Guard {
+    pub const fn guard(&self) -> &Monitor {
         &self.guard
     }
 

@@ -4,8 +4,8 @@
 //! word for each request, a digest of the result, so that the host knows that what was traced is what it computes itself.
 
 use monitor_core::moving_average::MovingAverage;
+use monitor_core::paper::{Config, Verdict};
 use monitor_core::sample::{Bank, PerPair};
-use monitor_core::{Config, Verdict};
 
 use crate::record;
 
@@ -38,14 +38,14 @@ kernels! {
     /// A new monitor, filter and window: no call.
     Restart = "",
     /// `Monitor::step_channels`, which every image calls in flash as this function; input: set point, three channels.
-    Step = "<monitor_core::monitor::Monitor>::slot",
+    Step = "<monitor_core::paper::monitor::Monitor>::slot",
     /// `Monitor::finish_learning`.
     FinishLearning = "audit_finish_learning",
-    /// `Guard::step_channels`, which every image calls in flash as this function; input: set point, three channels.
-    GuardStep = "<monitor_core::guard::Guard>::slot",
-    /// `Guard::finish_learning`: `Model::learn` of the window, and the model put in its place.
+    /// `guard::Monitor::step_channels`, which every image calls in flash as this function; input: set point, three channels.
+    GuardStep = "<monitor_core::guard::Monitor>::slot",
+    /// `guard::Monitor::finish_learning`: `Model::learn` of the window, and the model put in its place.
     GuardFinishLearning = "audit_guard_finish_learning",
-    /// `Guard::finding`.
+    /// `guard::Monitor::finding`.
     GuardFinding = "audit_guard_finding",
     /// `Moments::push`; input: three channels.
     Push = "audit_push",

@@ -6,12 +6,14 @@
 //! words). Floating-point numbers travel as their bits, so equality means equality of every bit.
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
+use monitor_core::Sample;
 use monitor_core::eigen::ClosedFormEigen;
-use monitor_core::localize::{Diagnosis, Fault};
+use monitor_core::paper::localize::{Diagnosis, Fault};
+use monitor_core::paper::verdict::Rejected;
+use monitor_core::paper::{Config, Phase, Verdict};
+use monitor_core::sample::Absence;
 use monitor_core::sample::{Bank, ModelId, PerPair};
 use monitor_core::units::{Amperes, RadPerSec, Volts};
-use monitor_core::verdict::{Absence, Rejected};
-use monitor_core::{Config, Phase, Sample, Verdict};
 use nalgebra::Matrix3;
 
 use crate::request::Request;

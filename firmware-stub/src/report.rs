@@ -1,9 +1,9 @@
 //! What the main loop hears and answers, as `defmt` lines that a person understands: what, since when, how large against
 //! its limit. Times are of the sampling clock, in seconds since the start.
 
-use monitor_core::event::EventKind;
+use monitor_core::paper::event::EventKind;
+use monitor_core::paper::{Config, Diagnosis, Phase};
 use monitor_core::sample::{Bank, ModelId};
-use monitor_core::{Config, Diagnosis, Phase};
 
 use crate::background::{Answer, Learned};
 use crate::fault::Reason;

@@ -1,12 +1,14 @@
 //! The sampling interrupt's side: judge each slot, drive the fault output, queue what the main loop is to hear of.
 
 use heapless::spsc::{self, Queue};
-use monitor_core::event::{Event, EventKind, Watch};
+use monitor_core::Sample;
 use monitor_core::moments::{LearnError, Moments};
+use monitor_core::paper::event::{Event, EventKind, Watch};
+use monitor_core::paper::verdict::Rejected;
+use monitor_core::paper::{Baseline, Monitor, Verdict};
+use monitor_core::sample::Absence;
 use monitor_core::sample::ModelId;
 use monitor_core::units::RadPerSec;
-use monitor_core::verdict::{Absence, Rejected};
-use monitor_core::{Baseline, Monitor, Sample, Verdict};
 
 use crate::deadline::Slot;
 

@@ -69,9 +69,9 @@ pub fn ranges() -> Result<Ranges, RangeError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use monitor_core::paper::verdict::Rejected;
+    use monitor_core::paper::{Config, Monitor};
     use monitor_core::sample::{Bank, Channel, PerPair, Sample};
-    use monitor_core::verdict::Rejected;
-    use monitor_core::{Config, Monitor};
 
     fn rejected(edges: i16, current_code: u16, voltage_code: u16) -> Option<Rejected> {
         let pairs = PerPair { speed_current: 2.0, current_voltage: 2.0, speed_voltage: 2.0 };

@@ -1,7 +1,7 @@
 //! The settings a board starts with.
 
-use monitor_core::Config;
 use monitor_core::guard::{self, MotorConstants};
+use monitor_core::paper::Config;
 use monitor_core::sample::{Bank, PerPair};
 
 /// Rate of the sampling interrupt, Hz.

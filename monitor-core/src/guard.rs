@@ -10,10 +10,10 @@
 #![doc = include_str!("../GUARD.md")]
 
 use crate::moments::{Clip, LearnError, Moments, Statistics};
+use crate::sample::Absence;
 use crate::sample::{Channel, Sample};
 use crate::set_point::{Gate, GateState};
 use crate::units::RadPerSec;
-use crate::verdict::Absence;
 
 mod alarm;
 mod bank;
@@ -82,7 +82,7 @@ enum Stage {
 
 /// The fault monitor of one motor, in `guard` mode.
 #[derive(Clone, Debug)]
-pub struct Guard {
+pub struct Monitor {
     verdict: Verdict,
     gate: GateState,
     design: Design,
@@ -100,7 +100,7 @@ pub struct Guard {
     trusted: bool,
 }
 
-impl Guard {
+impl Monitor {
     /// A monitor that settles, seeds, learns and then judges.
     ///
     /// # Errors
@@ -108,7 +108,7 @@ impl Guard {
     pub fn new(config: &Config) -> Result<Self, ConfigError> {
         let design = Design::new(config)?;
         let [_, middle, ..] = design.scales;
-        Ok(Guard {
+        Ok(Monitor {
             verdict: Verdict { sample: u64::MAX, ..Verdict::default() }, // the first sample has index zero
             gate: design.gate.unknown(),
             rules: Rules::new(design.clear_hold, design.gate.settle_samples(), &middle),
@@ -287,7 +287,7 @@ impl Guard {
     }
 
     /// The learning window, once it is complete and until a model is installed. A board copies it out of the sampling
-    /// interrupt, calls [`Model::learn`] at leisure, and hands the result in with [`Guard::install`].
+    /// interrupt, calls [`Model::learn`] at leisure, and hands the result in with [`Monitor::install`].
     #[must_use]
     pub const fn learned(&self) -> Option<&Window> {
         match &self.stage {

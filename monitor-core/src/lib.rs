@@ -7,7 +7,7 @@
     allow(clippy::unwrap_used, clippy::indexing_slicing, clippy::float_cmp, clippy::expect_used, clippy::panic)
 )]
 
-// In the order in which the data flows.
+// What both modes are made of, in the order in which the data flows.
 pub mod units;
 pub mod sample;
 pub mod range;
@@ -18,7 +18,6 @@ mod triangle;
 pub mod eigen;
 pub mod pca;
 pub mod hotelling;
-pub mod baseline;
 pub mod smoother;
 pub mod low_pass;
 pub mod moving_average;
@@ -26,18 +25,12 @@ pub mod ewma;
 pub mod quantile;
 pub mod limit;
 pub mod relay;
-pub mod localize;
-mod detector;
-pub mod verdict;
-pub mod monitor;
-pub mod event;
-pub mod guard;
 pub mod numerics;
 
-pub use baseline::Baseline;
-pub use event::EventLog;
-pub use localize::{Diagnosis, Fault};
-pub use monitor::{Config, Monitor};
+// The two modes.
+pub mod paper;
+pub mod guard;
+
+pub use guard::{Config, Monitor, Verdict};
 pub use range::{Range, Ranges};
-pub use sample::{Bank, Sample};
-pub use verdict::{Phase, Verdict};
+pub use sample::Sample;

@@ -1,7 +1,7 @@
 //! What a channel can credibly read.
 //!
 //! Whoever takes a reading knows the converter and the sensor behind it, so this check stands where readings are made,
-//! before [`Monitor::step`](crate::Monitor::step): a reading at or beyond an end becomes infinite, and an infinite
+//! before [`Monitor::step`](crate::paper::Monitor::step): a reading at or beyond an end becomes infinite, and an infinite
 //! reading is reported as out of range. A reading that is no number stays none, and is reported as that.
 
 use crate::sample::Sample;

@@ -1,4 +1,4 @@
-//! What is measured, and by which names: three channels, three pairs of them, four models.
+//! What is measured, or why it is not, and by which names: three channels, three pairs of them, four models.
 //!
 //! Inside the kernels a sample is `[f32; 3]`; the names are a thin layer over those positions, so another triple (a
 //! pump's current, voltage and flow, say) takes the same positions under names of its own.
@@ -21,6 +21,16 @@ impl From<Sample> for [f32; 3] {
     fn from(sample: Sample) -> [f32; 3] {
         [sample.speed.0, sample.armature_current.0, sample.armature_voltage.0]
     }
+}
+
+/// Why a slot of the sampling clock has no sample that can be judged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Absence {
+    /// The sample was taken after its slot: filters of a fixed rate have no place for it.
+    Late,
+    /// There is none.
+    Missing,
 }
 
 /// A measured channel, by its position in the sample.

@@ -1,10 +1,10 @@
 //! The monitor in `guard` mode with what its user tells it, as the mission, the replay and the studies drive it.
 
 use monitor_core::guard::{
-    Config, ConfigError, Directions, Explanation, Finding, Guard, MotorConstants, Phase, SCALES, Verdict,
+    Config, ConfigError, Directions, Explanation, Finding, Monitor, MotorConstants, Phase, SCALES, Verdict,
 };
 use monitor_core::moments::{LearnError, Moments};
-use monitor_core::verdict::Absence;
+use monitor_core::sample::Absence;
 use serde::Serialize;
 
 use crate::names::name::Name;
@@ -14,7 +14,7 @@ pub mod summary;
 /// The monitor, and the directions by which it names faults once it has learned.
 #[derive(Clone, Debug)]
 pub struct Guardian {
-    guard: Guard,
+    guard: Monitor,
     motor: Option<MotorConstants>,
     directions: Directions,
 }
@@ -56,7 +56,7 @@ impl Guardian {
     /// # Errors
     /// [`ConfigError`] names the setting that is out of range.
     pub fn new(config: &Config, motor: Option<MotorConstants>) -> Result<Self, ConfigError> {
-        Ok(Guardian { guard: Guard::new(config)?, motor, directions: Directions::none() })
+        Ok(Guardian { guard: Monitor::new(config)?, motor, directions: Directions::none() })
     }
 
     /// Takes one sample.
@@ -73,7 +73,7 @@ impl Guardian {
 
     /// The monitor itself.
     #[must_use]
-    pub const fn guard(&self) -> &Guard {
+    pub const fn guard(&self) -> &Monitor {
         &self.guard
     }
 

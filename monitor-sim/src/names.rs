@@ -1,14 +1,14 @@
 //! What the core's positions, models, faults and refusals are called for people and machines.
 
-use monitor_core::baseline::BaselineError;
-use monitor_core::event::EventKind;
 use monitor_core::guard;
-use monitor_core::localize::{Diagnosis, Fault};
 use monitor_core::moments::{LearnError, Moments};
-use monitor_core::monitor::ConfigError;
+use monitor_core::paper::baseline::BaselineError;
+use monitor_core::paper::event::EventKind;
+use monitor_core::paper::localize::{Diagnosis, Fault};
+use monitor_core::paper::monitor::ConfigError;
+use monitor_core::paper::verdict::Settling;
+use monitor_core::paper::{Baseline, Phase};
 use monitor_core::sample::{Bank, Channel, ModelId, Pair};
-use monitor_core::verdict::Settling;
-use monitor_core::{Baseline, Phase};
 
 pub mod name;
 

@@ -1,6 +1,6 @@
 //! Settings of the paper's monitor for a motor: thresholds found by `monitor-sim tune`, and where they come from.
 
-use monitor_core::Config;
+use monitor_core::paper::Config;
 use serde::{Deserialize, Serialize};
 
 use crate::names::ByModel;

@@ -1,7 +1,7 @@
 //! A baseline as a file: a row of the offline table the paper names as the alternative to learning online (II.C).
 
-use monitor_core::Baseline;
-use monitor_core::baseline::Stored;
+use monitor_core::paper::Baseline;
+use monitor_core::paper::baseline::Stored;
 use serde::{Deserialize, Serialize};
 
 use crate::names::{ByModel, ChannelNames};

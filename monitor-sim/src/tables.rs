@@ -1,6 +1,6 @@
 //! Results as tables of text, for the terminal and for the page alike.
 
-use monitor_core::event::Event;
+use monitor_core::paper::event::Event;
 use monitor_core::sample::ModelId;
 
 use crate::mission::paper::{MissionReport, RampRow};

@@ -10,8 +10,8 @@
 use std::ops::Range;
 use std::time::Instant;
 
+use monitor_core::paper::{Monitor, Phase, Verdict};
 use monitor_core::sample::ModelId;
-use monitor_core::{Monitor, Phase, Verdict};
 use rayon::prelude::*;
 use serde::Serialize;
 

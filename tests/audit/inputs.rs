@@ -12,9 +12,9 @@ use firmware_stub::kernels::{self, Kernel, Request, SET_POINT};
 use monitor_core::eigen::{ClosedFormEigen, Decomposition};
 use monitor_core::hotelling::Model;
 use monitor_core::moments::Moments;
+use monitor_core::paper::{Monitor, Phase, Verdict};
 use monitor_core::pca::{ExplainedShare, Pca};
-use monitor_core::verdict::Absence;
-use monitor_core::{Monitor, Phase, Verdict};
+use monitor_core::sample::Absence;
 use nalgebra::{Matrix2, Matrix3};
 
 pub use filters::{

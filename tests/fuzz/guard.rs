@@ -1,8 +1,8 @@
 //! The monitor in `guard` mode: whatever it is fed, what it says stays within its promises, and it comes back to work.
 
 use bolero::{TypeGenerator, check};
-use monitor_core::guard::{Cause, Config, Directions, Finding, Guard, MotorConstants, Phase, Verdict};
-use monitor_core::verdict::Absence;
+use monitor_core::guard::{Cause, Config, Directions, Finding, Monitor, MotorConstants, Phase, Verdict};
+use monitor_core::sample::Absence;
 
 use super::TEST_TIME;
 use super::moments::Noise;
@@ -45,7 +45,7 @@ fn config() -> Config {
 }
 
 struct Flight {
-    guard: Guard,
+    guard: Monitor,
     noise: Noise,
     set_point: f32,
     directions: Directions,
@@ -56,7 +56,7 @@ fn a_guard_keeps_its_promises_whatever_it_is_fed() {
     let motor = MotorConstants { resistance_ohm: 0.3, torque_constant_nm_per_a: 0.03, load_slope_nm_s: 1e-4 };
     let directions = Directions::of_motor(&motor, MEAN).unwrap();
     check!().with_test_time(TEST_TIME).with_type::<Vec<Op>>().for_each(|ops| {
-        let guard = Guard::new(&config()).unwrap();
+        let guard = Monitor::new(&config()).unwrap();
         let mut flight = Flight { guard, noise: Noise(1), set_point: 300.0, directions: directions.clone() };
         // A monitor that has learned, so that there is something to spoil.
         flight.fly(700, [0; 3]);

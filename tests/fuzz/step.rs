@@ -1,13 +1,14 @@
 //! The monitor: whatever it is fed, and in whatever order it is called, what it says stays within its promises.
 
 use bolero::{TypeGenerator, check};
-use monitor_core::baseline::Stored;
-use monitor_core::event::{EVENTS_PER_VERDICT, Watch};
 use monitor_core::moments::LearnError;
+use monitor_core::paper::baseline::Stored;
+use monitor_core::paper::event::{EVENTS_PER_VERDICT, Watch};
+use monitor_core::paper::verdict::{Rejected, Settling};
+use monitor_core::paper::{Baseline, Config, Monitor, Phase, Verdict};
 use monitor_core::pca::ExplainedShare;
+use monitor_core::sample::Absence;
 use monitor_core::sample::{Bank, Channel, ModelId};
-use monitor_core::verdict::{Absence, Rejected, Settling};
-use monitor_core::{Baseline, Config, Monitor, Phase, Verdict};
 
 use super::TEST_TIME;
 use super::moments::Noise;

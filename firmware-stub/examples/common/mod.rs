@@ -2,10 +2,10 @@
 
 use firmware_stub::Reading;
 use firmware_stub::sampling::Note;
-use monitor_core::event::EventKind;
+use monitor_core::paper::event::EventKind;
+use monitor_core::paper::{Config, Diagnosis, Fault};
 use monitor_core::sample::{Bank, PerPair, Sample};
 use monitor_core::units::{Amperes, RadPerSec, Volts};
-use monitor_core::{Config, Diagnosis, Fault};
 
 /// Rate of the sampling interrupt, Hz.
 pub(crate) const RATE_HZ: u32 = 1000;

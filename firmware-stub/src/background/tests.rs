@@ -1,10 +1,11 @@
 use super::*;
 
-use monitor_core::event::EventKind;
+use monitor_core::paper::event::EventKind;
+use monitor_core::paper::verdict::Rejected;
+use monitor_core::paper::{Config, Diagnosis, Fault, Monitor, Phase};
+use monitor_core::sample::Absence;
 use monitor_core::sample::{Bank, PerPair, Sample};
 use monitor_core::units::{Amperes, Volts};
-use monitor_core::verdict::{Absence, Rejected};
-use monitor_core::{Config, Diagnosis, Fault, Monitor, Phase};
 
 extern crate std;
 use std::vec::Vec;
@@ -70,8 +71,12 @@ fn a_drifting_sensor_is_learned_about_judged_named_and_drives_the_fault_output()
         Note::Event { event, .. } => Some(event.kind),
         _ => None,
     });
-    let expected =
-        [Phase::Settling(monitor_core::verdict::Settling::Start), Phase::Learning, Phase::ModelDue, Phase::Monitoring];
+    let expected = [
+        Phase::Settling(monitor_core::paper::verdict::Settling::Start),
+        Phase::Learning,
+        Phase::ModelDue,
+        Phase::Monitoring,
+    ];
     assert!(phases.eq(expected.map(EventKind::Phase)), "{healthy:?}");
 
     let faulty = run((&mut bench, &mut background), 400..800, 5.0);

@@ -11,9 +11,9 @@ use core::panic::PanicInfo;
 use cortex_m_rt::entry;
 use monitor_core::low_pass::{LowPass, LowPassState};
 use monitor_core::moments::{LearnError, Moments};
-use monitor_core::monitor::ConfigError;
-use monitor_core::verdict::Absence;
-use monitor_core::{Baseline, Config, EventLog, Monitor, Verdict};
+use monitor_core::paper::monitor::ConfigError;
+use monitor_core::paper::{Baseline, Config, EventLog, Monitor, Verdict};
+use monitor_core::sample::Absence;
 
 /// Words in flash that tell the size of a type in bytes.
 macro_rules! sizes {
@@ -94,7 +94,7 @@ fn core_observe(log: &mut EventLog<16>, verdict: &Verdict) {
 #[entry]
 fn main() -> ! {
     keep_sizes();
-    let thresholds = black_box(monitor_core::Bank::from_fn(|_| 1.0));
+    let thresholds = black_box(monitor_core::sample::Bank::from_fn(|_| 1.0));
     let (mut monitor, mut log) = (None, EventLog::default());
     black_box(core_new(&black_box(Config::paper(1000.0, thresholds)), &mut monitor));
     if let Some(monitor) = &mut monitor {

@@ -10,9 +10,9 @@ use core::panic::PanicInfo;
 
 use cortex_m_rt::entry;
 use firmware_stub::kernels::guard::directions;
-use monitor_core::guard::{Config, ConfigError, Directions, Finding, Guard, Model, Verdict, Window};
+use monitor_core::guard::{Config, ConfigError, Directions, Finding, Model, Monitor, Verdict, Window};
 use monitor_core::moments::LearnError;
-use monitor_core::verdict::Absence;
+use monitor_core::sample::Absence;
 
 /// Words in flash that tell the size of a type in bytes.
 macro_rules! sizes {
@@ -31,7 +31,7 @@ macro_rules! sizes {
 }
 
 sizes! {
-    SIZE_OF_GUARD: Guard;
+    SIZE_OF_GUARD: Monitor;
     SIZE_OF_GUARD_WINDOW: Window;
     SIZE_OF_GUARD_MODEL: Model;
     SIZE_OF_GUARD_VERDICT: Verdict;
@@ -42,8 +42,8 @@ sizes! {
 /// Set-up.
 #[unsafe(no_mangle)]
 #[inline(never)]
-fn guard_new(config: &Config, guard: &mut Option<Guard>) -> Option<ConfigError> {
-    match Guard::new(config) {
+fn guard_new(config: &Config, guard: &mut Option<Monitor>) -> Option<ConfigError> {
+    match Monitor::new(config) {
         Ok(made) => {
             *guard = Some(made);
             None
@@ -55,28 +55,28 @@ fn guard_new(config: &Config, guard: &mut Option<Guard>) -> Option<ConfigError> 
 /// The sampling interrupt's call.
 #[unsafe(no_mangle)]
 #[inline(never)]
-fn guard_step(guard: &mut Guard, set_point: f32, x: [f32; 3]) -> &Verdict {
+fn guard_step(guard: &mut Monitor, set_point: f32, x: [f32; 3]) -> &Verdict {
     guard.step_channels(set_point, x)
 }
 
 /// The sampling interrupt's call without a sample.
 #[unsafe(no_mangle)]
 #[inline(never)]
-fn guard_skip(guard: &mut Guard, why: Absence) -> &Verdict {
+fn guard_skip(guard: &mut Monitor, why: Absence) -> &Verdict {
     guard.skip(why)
 }
 
 /// The end of a learning window, outside the interrupt.
 #[unsafe(no_mangle)]
 #[inline(never)]
-fn guard_finish_learning(guard: &mut Guard) -> Result<bool, LearnError> {
+fn guard_finish_learning(guard: &mut Monitor) -> Result<bool, LearnError> {
     guard.finish_learning()
 }
 
 /// What is asked for on demand.
 #[unsafe(no_mangle)]
 #[inline(never)]
-fn guard_finding(guard: &Guard, directions: &Directions) -> Finding {
+fn guard_finding(guard: &Monitor, directions: &Directions) -> Finding {
     guard.finding(directions)
 }
 

@@ -23,7 +23,7 @@ use firmware_stub::record::{
 };
 use firmware_stub::report::Report;
 use firmware_stub::sampling::{Notes, Sampling};
-use monitor_core::{Config, Monitor, Verdict};
+use monitor_core::paper::{Config, Monitor, Verdict};
 
 /// What the interrupt owns: its state, and the output it drives.
 static INTERRUPT: Mutex<RefCell<Option<(Sampling<'static>, FaultOutput)>>> = Mutex::new(RefCell::new(None));

@@ -17,7 +17,7 @@ use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicUsize, Ordering};
 
 use cortex_m_rt::entry;
-use monitor_core::{Monitor, Verdict};
+use monitor_core::paper::{Monitor, Verdict};
 
 /// Nothing is wrong with this one: the step that the others spoil.
 #[unsafe(no_mangle)]

@@ -21,9 +21,10 @@ mod app {
     use firmware_stub::settings::{SAMPLE_RATE_HZ, default_motor};
     use firmware_stub::{board, scale};
     use heapless::spsc::{Consumer, Producer, Queue};
+    use monitor_core::paper::Monitor;
+    use monitor_core::sample::Absence;
     use monitor_core::units::RadPerSec;
-    use monitor_core::verdict::Absence;
-    use monitor_core::{Monitor, Ranges, Sample};
+    use monitor_core::{Ranges, Sample};
     use stm32f4xx_hal::prelude::*;
     use stm32f4xx_hal::watchdog::IndependentWatchdog;
 

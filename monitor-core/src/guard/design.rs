@@ -38,7 +38,7 @@ pub struct Config {
     pub drift_sigmas: f32,
     /// How long the motor must look healthy before an alarm is withdrawn, s.
     pub clear_hold_s: f32,
-    /// Whether an alarm stands until [`acknowledge`](crate::guard::Guard::acknowledge).
+    /// Whether an alarm stands until [`acknowledge`](crate::guard::Monitor::acknowledge).
     pub latch: bool,
 }
 

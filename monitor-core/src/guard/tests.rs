@@ -44,14 +44,14 @@ fn config() -> Config {
 
 /// A monitor and the motor it watches.
 struct Watch {
-    guard: Guard,
+    guard: Monitor,
     motor: Motor,
     set_point: f32,
 }
 
 impl Watch {
     fn new(config: &Config, seed: u64) -> Self {
-        Watch { guard: Guard::new(config).unwrap(), motor: Motor::new(seed), set_point: SET_POINT }
+        Watch { guard: Monitor::new(config).unwrap(), motor: Motor::new(seed), set_point: SET_POINT }
     }
 
     /// One that has learned, and proven its limits.
@@ -361,7 +361,7 @@ fn settings_that_make_no_sense_are_refused_by_name() {
     let refused = |change: fn(&mut Config)| {
         let mut config = config();
         change(&mut config);
-        Guard::new(&config).unwrap_err()
+        Monitor::new(&config).unwrap_err()
     };
     assert_eq!(refused(|c| c.sample_rate_hz = 0.0), ConfigError::SampleRate);
     assert_eq!(refused(|c| c.sample_rate_hz = f32::NAN), ConfigError::SampleRate);
@@ -383,6 +383,6 @@ fn settings_that_make_no_sense_are_refused_by_name() {
 
 #[test]
 fn a_monitor_is_as_large_as_it_should_be() {
-    let bytes = core::mem::size_of::<Guard>();
+    let bytes = core::mem::size_of::<Monitor>();
     assert!(bytes <= 2_048, "{bytes} bytes");
 }

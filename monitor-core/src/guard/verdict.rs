@@ -2,8 +2,8 @@
 
 use super::SCALES;
 use super::flag::Flag;
+use crate::sample::Absence;
 use crate::sample::Channel;
-use crate::verdict::Absence;
 
 /// What the monitor is doing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -17,7 +17,7 @@ pub enum Phase {
     Seeding,
     /// Gathering the learning window.
     Learning,
-    /// The window is complete; [`finish_learning`](super::Guard::finish_learning) has not been called yet.
+    /// The window is complete; [`finish_learning`](super::Monitor::finish_learning) has not been called yet.
     ModelDue,
     /// Every sample is judged.
     Monitoring,

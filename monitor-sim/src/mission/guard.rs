@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use monitor_core::Baseline;
 use monitor_core::guard::{Config, Quality, SCALES};
 use monitor_core::moments::{LearnError, Moments};
+use monitor_core::paper::Baseline;
 use monitor_core::pca::ExplainedShare;
 
 use super::{Faults, MissionError, feed, recovery, sample_at, truth};

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use monitor_core::event::Event;
+use monitor_core::paper::event::Event;
+use monitor_core::paper::{Baseline, EventLog, Monitor, Phase, Verdict};
+use monitor_core::sample::Absence;
 use monitor_core::units::RadPerSec;
-use monitor_core::verdict::Absence;
-use monitor_core::{Baseline, EventLog, Monitor, Phase, Verdict};
 use serde::Serialize;
 
 use super::{Faults, MissionError, feed, recovery, sample, settle_s, truth};

@@ -1,8 +1,8 @@
 //! What is kept of a run in `paper` mode.
 
-use monitor_core::localize::Fault;
+use monitor_core::paper::localize::Fault;
+use monitor_core::paper::{Phase, Verdict};
 use monitor_core::sample::{Bank, ModelId};
-use monitor_core::{Phase, Verdict};
 
 use super::{PhaseCounts, Signals};
 use crate::envelope::Envelope;

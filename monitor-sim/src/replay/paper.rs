@@ -10,10 +10,10 @@ mod report;
 use std::path::PathBuf;
 
 use monitor_core::moments::LearnError;
-use monitor_core::monitor::ConfigError;
+use monitor_core::paper::monitor::ConfigError;
+use monitor_core::paper::{Config, Monitor, Phase, Verdict};
 use monitor_core::pca::ExplainedShare;
 use monitor_core::sample::Bank;
-use monitor_core::{Config, Monitor, Phase, Verdict};
 
 use super::{Reading, Refusal, ReplayError, Source, TICK_ROWS, coverage, next_reading, notes};
 use crate::inject::ResolvedInjection;

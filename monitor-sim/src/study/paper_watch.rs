@@ -1,10 +1,10 @@
 //! The paper's monitor as studies drive it.
 
-use monitor_core::localize::{Diagnosis, Fault};
+use monitor_core::paper::localize::{Diagnosis, Fault};
+use monitor_core::paper::{Monitor, Phase, Verdict};
+use monitor_core::sample::Absence;
 use monitor_core::sample::Sample;
 use monitor_core::units::{Amperes, RadPerSec, Volts};
-use monitor_core::verdict::Absence;
-use monitor_core::{Monitor, Phase, Verdict};
 
 use super::StudyError;
 use super::watch::{Known, Limits, Name, Said, Watch};

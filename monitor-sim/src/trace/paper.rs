@@ -1,7 +1,7 @@
 //! What a monitor in `paper` mode says, as cells of a trace.
 
+use monitor_core::paper::{Phase, Verdict};
 use monitor_core::sample::ModelId;
-use monitor_core::{Phase, Verdict};
 
 use super::{TraceWriter, Traced};
 use crate::names::{diagnosis_id, model_key};

@@ -1,7 +1,7 @@
 //! Where the slots come from: a mission that is flown, or a log that is replayed.
 
-use monitor_core::Monitor;
 use monitor_core::guard::SCALES;
+use monitor_core::paper::Monitor;
 use monitor_core::sample::{ModelId, Pair};
 
 use super::slot::{Says, Slot};
@@ -137,7 +137,7 @@ impl Feed {
             })),
             Source::Paper(plant, monitor) => Ok(plant.next().map(|measured| {
                 let verdict = *mission::paper::give(monitor, &measured);
-                let due = verdict.phase() == monitor_core::Phase::ModelDue;
+                let due = verdict.phase() == monitor_core::paper::Phase::ModelDue;
                 let refused = if due { monitor.finish_learning().err() } else { None };
                 let x = if measured.missing { [f64::NAN; 3] } else { measured.channels() };
                 let says = Says::by_paper(&verdict, monitor, refused);

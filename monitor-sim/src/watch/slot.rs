@@ -1,10 +1,11 @@
 //! One slot of a run as it is shown, whichever monitor judged it.
 
+use monitor_core::guard;
 use monitor_core::guard::Loss;
-use monitor_core::localize::{Diagnosis, Fault};
 use monitor_core::moments::LearnError;
+use monitor_core::paper::localize::{Diagnosis, Fault};
+use monitor_core::paper::{Monitor, Verdict};
 use monitor_core::sample::ModelId;
-use monitor_core::{Monitor, Verdict, guard};
 
 use crate::guardian::{Guardian, Said, Size};
 use crate::names::name::Name;
@@ -128,9 +129,9 @@ impl Says {
         let baseline = monitor.baseline();
         Says {
             phase: match verdict.phase() {
-                monitor_core::Phase::Settling(_) => Phase::Settling,
-                monitor_core::Phase::Learning | monitor_core::Phase::ModelDue => Phase::Learning,
-                monitor_core::Phase::Monitoring => Phase::Monitoring,
+                monitor_core::paper::Phase::Settling(_) => Phase::Settling,
+                monitor_core::paper::Phase::Learning | monitor_core::paper::Phase::ModelDue => Phase::Learning,
+                monitor_core::paper::Phase::Monitoring => Phase::Monitoring,
             },
             judged: verdict.residuals().is_some(),
             alarm: verdict.alarm(),
@@ -142,8 +143,8 @@ impl Says {
                 Diagnosis::Unknown => Some(Name::Unknown),
             },
             ratios: ModelId::ALL.map(ratio),
-            mean: baseline.map_or([f32::NAN; 3], monitor_core::Baseline::mean),
-            sigma: baseline.map_or([f32::NAN; 3], monitor_core::Baseline::sigma),
+            mean: baseline.map_or([f32::NAN; 3], monitor_core::paper::Baseline::mean),
+            sigma: baseline.map_or([f32::NAN; 3], monitor_core::paper::Baseline::sigma),
             refused,
             ..Says::NOTHING
         }

@@ -106,7 +106,7 @@ mod tests {
         let innocent = [
             "__aeabi_memcpy",
             "__aeabi_uldivmod",
-            "monitor_core::monitor::Monitor::step",
+            "monitor_core::paper::monitor::Monitor::step",
             "main",
             "__aeabi_llsl",
             "core::fmt::write",

@@ -2,11 +2,11 @@
 //! that come and go in steps and ramps, and sensors that are lost in every way.
 
 use firmware_stub::kernels::{self, Kernel, Request, SET_POINT, guard as given};
-use monitor_core::guard::{Guard, Phase, Verdict};
+use monitor_core::guard::{Monitor, Phase, Verdict};
 
 use super::{Odd, Question};
 
-/// Labels of `Guard::step_channels`.
+/// Labels of `Monitor::step_channels`.
 pub const GUARD_SETTLING: &str = "guard_settling";
 /// A seeding window, but for its end.
 pub const GUARD_SEEDING: &str = "guard_seeding";
@@ -18,9 +18,9 @@ pub const GUARD_MONITORING: &str = "guard_monitoring";
 pub const GUARD_TURN: &str = "guard_turn";
 /// A slot with which a phase begins or ends, and slots that wait for a model or for another set point.
 pub const GUARD_TRANSITION: &str = "guard_transition";
-/// `Guard::finish_learning`.
+/// `Monitor::finish_learning`.
 pub const GUARD_WINDOW_END: &str = "guard_window_end";
-/// `Guard::finding`.
+/// `Monitor::finding`.
 pub const GUARD_FINDING: &str = "guard_finding";
 
 /// Slots of a period, and how many of them have a turn: each of four scales two, the mean, and the trend.
@@ -33,7 +33,7 @@ const QUIET: usize = 400;
 /// Flies `episodes` set points, `judged` slots each in which faults come and go.
 #[must_use]
 pub fn guard(episodes: usize, judged: usize) -> Vec<Question> {
-    let Ok(guard) = Guard::new(&given::config()) else { return Vec::new() };
+    let Ok(guard) = Monitor::new(&given::config()) else { return Vec::new() };
     let mut flight = Flight { guard, last: Verdict::default(), seeding: 0, questions: Vec::new() };
     let mut samples = kernels::healthy(23);
     let mut next = || samples.next().unwrap_or_default();
@@ -92,7 +92,7 @@ fn lost(slot: usize, mut x: [f32; 3]) -> [f32; 3] {
 
 /// A monitor on the host beside that of the firmware.
 struct Flight {
-    guard: Guard,
+    guard: Monitor,
     last: Verdict,
     /// Slots that were spent seeding.
     seeding: usize,

@@ -4,29 +4,29 @@
 
 use firmware_stub::kernels::guard as given;
 use firmware_stub::kernels::{Kernel, Request};
-use monitor_core::guard::{Directions, Finding, Guard};
+use monitor_core::guard::{Directions, Finding, Monitor};
 
 #[inline(never)]
 #[unsafe(no_mangle)]
-extern "C" fn audit_guard_finish_learning(guard: &mut Guard) -> bool {
+extern "C" fn audit_guard_finish_learning(guard: &mut Monitor) -> bool {
     guard.finish_learning().is_ok()
 }
 
 #[inline(never)]
 #[unsafe(no_mangle)]
-fn audit_guard_finding(guard: &Guard, directions: &Directions) -> Finding {
+fn audit_guard_finding(guard: &Monitor, directions: &Directions) -> Finding {
     guard.finding(directions)
 }
 
 /// A monitor in `guard` mode, and the faults it knows.
 pub(crate) struct Guarding {
-    guard: Guard,
+    guard: Monitor,
     directions: Directions,
 }
 
 impl Guarding {
     pub(crate) fn new() -> Option<Self> {
-        Some(Guarding { guard: Guard::new(&given::config()).ok()?, directions: given::directions() })
+        Some(Guarding { guard: Monitor::new(&given::config()).ok()?, directions: given::directions() })
     }
 
     /// Calls a kernel; returns the digest of its result.

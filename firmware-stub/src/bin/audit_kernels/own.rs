@@ -11,8 +11,8 @@ use firmware_stub::kernels::{self, Kernel, Request};
 use monitor_core::eigen::{ClosedFormEigen, Decomposition};
 use monitor_core::hotelling::Model;
 use monitor_core::moments::{LearnError, Moments};
+use monitor_core::paper::{Baseline, Monitor};
 use monitor_core::pca::{ExplainedShare, Pca};
-use monitor_core::{Baseline, Monitor};
 use nalgebra::{Matrix2, Matrix3};
 
 use crate::filters::Filters;

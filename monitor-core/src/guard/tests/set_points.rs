@@ -41,7 +41,7 @@ fn a_model_of_another_sampling_rate_or_of_other_settings_or_a_damaged_one_is_ref
     let restored = |change: fn(&mut Config)| {
         let mut config = config();
         change(&mut config);
-        let mut guard = Guard::new(&config).unwrap();
+        let mut guard = Monitor::new(&config).unwrap();
         let result = guard.restore(&stored);
         assert_eq!(guard.stored().count(), usize::from(result.is_ok()));
         result

@@ -1,6 +1,6 @@
 //! `guard` mode: seed and learn over the samples to learn from, then judge.
 
-use monitor_core::guard::{Config, Guard, Phase};
+use monitor_core::guard::{Config, Monitor, Phase};
 
 use super::{Alarm, Judge, Judged, Learned, Refusal, Sample, refused};
 use crate::guardian::Guardian;
@@ -51,7 +51,7 @@ impl Judge {
             let x = if sample.set_point.is_finite() { sample.channels() } else { [f32::NAN; 3] };
             let at = if sample.set_point.is_finite() { sample.set_point as f32 } else { set_point };
             let said = guardian.step(at, x);
-            if let Some(error) = Guard::refused(guardian.guard()).or(said.learned.and_then(Result::err)) {
+            if let Some(error) = Monitor::refused(guardian.guard()).or(said.learned.and_then(Result::err)) {
                 return Err(Refusal::Learning(self.names.explain_learning(error)));
             }
         }

@@ -1,9 +1,9 @@
 //! `paper` mode: a baseline of the samples to learn from, thresholds over their largest residual, then judge.
 
 use monitor_core::moments::Moments;
+use monitor_core::paper::{Baseline, Config, Monitor, Phase};
 use monitor_core::pca::ExplainedShare;
 use monitor_core::sample::Bank;
-use monitor_core::{Baseline, Config, Monitor, Phase};
 
 use super::{Alarm, Judge, Judged, Learned, Refusal, Sample};
 use crate::names::explain_config;

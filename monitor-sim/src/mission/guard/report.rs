@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use monitor_core::guard::Guard;
+use monitor_core::guard::Monitor;
 use serde::Serialize;
 
 use super::{Flights, Mission};
@@ -89,7 +89,7 @@ impl Flights {
             speed_dependent_load: speed_dependent.score.faults.clone(),
             false_alarms: tables.score.false_alarms + ramps.score.false_alarms,
             samples: flights.iter().map(|flight| flight.recording.signals.samples).sum(),
-            monitor_bytes: size_of::<Guard>(),
+            monitor_bytes: size_of::<Monitor>(),
             wall_s: self.wall_s,
             settings: (&mission.settings()).into(),
             notes: Vec::new(),

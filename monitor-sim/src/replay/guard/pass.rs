@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::path::PathBuf;
 
-use monitor_core::guard::{Config, Guard, SCALES};
+use monitor_core::guard::{Config, Monitor, SCALES};
 use monitor_core::moments::LearnError;
 
 use super::alarm::AlarmBuilder;
@@ -43,7 +43,7 @@ pub(super) struct Model {
 }
 
 impl Model {
-    fn of(guard: &Guard, end_row: u64) -> Self {
+    fn of(guard: &Monitor, end_row: u64) -> Self {
         let [mean, sigma] = guard.model().map_or([[f32::NAN; 3]; 2], |model| [model.mean(), model.sigma()]);
         Model { end_row, mean: mean.map(f64::from), sigma: sigma.map(f64::from), quality: *guard.quality() }
     }

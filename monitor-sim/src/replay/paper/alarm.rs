@@ -1,6 +1,6 @@
 //! Alarms: what the verdicts of a replay amount to.
 
-use monitor_core::Verdict;
+use monitor_core::paper::Verdict;
 use monitor_core::sample::{Bank, ModelId};
 use serde::Serialize;
 

@@ -3,9 +3,9 @@
 use std::ops::Range;
 
 use monitor_core::moments::{LearnError, Moments};
+use monitor_core::paper::{Baseline, Monitor};
 use monitor_core::pca::ExplainedShare;
 use monitor_core::sample::Bank;
-use monitor_core::{Baseline, Monitor};
 
 use super::report::{Learned, learned};
 use super::{Limits, NO_LIMIT, Replay, learning_refused, settings};

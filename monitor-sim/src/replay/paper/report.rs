@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::path::PathBuf;
 
-use monitor_core::Baseline;
+use monitor_core::paper::Baseline;
 use serde::Serialize;
 
 use super::alarm::Alarm;

@@ -5,8 +5,8 @@
 
 use core::fmt;
 
-use crate::localize::{Diagnosis, localize};
-use crate::sample::{Bank, Channel, PerPair};
+use super::localize::{Diagnosis, localize};
+use crate::sample::{Absence, Bank, Channel, PerPair};
 
 /// Why the monitor is settling.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -27,7 +27,7 @@ pub enum Phase {
     Settling(Settling),
     /// Phase I: gathering the learning window.
     Learning,
-    /// The window is complete; [`Monitor::finish_learning`](crate::Monitor::finish_learning) has not been called yet.
+    /// The window is complete; [`Monitor::finish_learning`](crate::paper::Monitor::finish_learning) has not been called yet.
     ModelDue,
     /// Phase II: every sample is judged.
     Monitoring,
@@ -37,16 +37,6 @@ impl Default for Phase {
     fn default() -> Self {
         Phase::Settling(Settling::Start)
     }
-}
-
-/// Why a slot of the sampling clock has no sample that can be judged.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Absence {
-    /// The sample was taken after its slot: filters of a fixed rate have no place for it.
-    Late,
-    /// There is none.
-    Missing,
 }
 
 /// Why a sample was turned away before it touched any state.

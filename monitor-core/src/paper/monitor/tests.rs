@@ -1,10 +1,10 @@
 //! The phases of a monitor, and what it does with samples it cannot use.
 
 use super::*;
-use crate::localize::{Diagnosis, Fault};
 use crate::moving_average::MovingAverage;
+use crate::paper::localize::{Diagnosis, Fault};
+use crate::paper::verdict::Rejected;
 use crate::sample::{Channel, Pair};
-use crate::verdict::Rejected;
 use proptest::prelude::*;
 
 extern crate std;

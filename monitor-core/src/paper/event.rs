@@ -5,10 +5,10 @@
 
 use heapless::Deque;
 
-use crate::localize::Diagnosis;
+use super::localize::Diagnosis;
+use super::verdict::{Phase, Standing, Verdict};
 use crate::moments::LearnError;
 use crate::sample::ModelId;
-use crate::verdict::{Phase, Standing, Verdict};
 
 /// What happened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -134,10 +134,10 @@ mod tests {
     extern crate std;
     use std::vec::Vec;
 
-    use crate::localize::Fault;
+    use crate::paper::localize::Fault;
+    use crate::paper::verdict::Slot;
     use crate::sample::ModelId::{Full, Pair};
     use crate::sample::Pair::{CurrentVoltage, SpeedVoltage};
-    use crate::verdict::Slot;
 
     fn verdict(sample: u64, phase: Phase) -> Verdict {
         Verdict { sample, phase, ..Verdict::default() }

@@ -1,16 +1,17 @@
 //! The monitor: set-point gate, phase I (learning), phase II (judging), one call per sample.
 
-use crate::baseline::Baseline;
-use crate::detector::{Chain, Detector};
+use super::baseline::Baseline;
+use super::detector::{Chain, Detector};
+use super::verdict::{Phase, Settling, Slot, Verdict};
 use crate::low_pass::{LowPass, LowPassError};
 use crate::moments::{LearnError, Moments};
 use crate::pca::{ExplainedShare, PcaError};
 use crate::relay::{Relay, RelayError};
+use crate::sample::Absence;
 use crate::sample::{Bank, ModelId, PerPair, Sample};
 use crate::set_point::{Gate, GateError, GateState, SetPointGate};
 use crate::smoother::Smoother;
 use crate::units::RadPerSec;
-use crate::verdict::{Absence, Phase, Settling, Slot, Verdict};
 
 /// Settings of a monitor. All of them are fixed before the first sample.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,11 +2,11 @@
 
 use core::hint::select_unpredictable;
 
-use crate::baseline::Baseline;
+use super::baseline::Baseline;
+use super::verdict::{Slot, Standing, Verdict};
 use crate::relay::Relay;
 use crate::sample::Bank;
 use crate::smoother::Smoother;
-use crate::verdict::{Slot, Standing, Verdict};
 
 /// The mean of the scaled T2 (1.6) in control. Filters start at rest there, so that monitoring can begin with the first
 /// sample after learning instead of waiting until they have charged.
