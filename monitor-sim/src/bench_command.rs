@@ -34,7 +34,7 @@ pub(crate) fn run(args: &BenchArgs) -> Result<ExitCode, Failure> {
     bar.finish_and_clear();
     let report = report?;
     let written = match &out {
-        Some(out) => Some(out.write("bench.html", &page::page(&report)?)?),
+        Some(out) => Some(out.write("bench.html", &page::page(&report))?),
         None => None,
     };
     print_all(&if args.json { json(&report)? } else { print::bench(&report, written.as_deref()) })

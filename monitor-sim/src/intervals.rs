@@ -26,8 +26,9 @@ pub struct Intervals {
 }
 
 impl Intervals {
-    /// Takes the condition at sample `index`; indices ascend.
-    pub fn push(&mut self, index: u64, holds: bool) {
+    /// Takes the condition at sample `index`; indices ascend. Returns whether it is another than before.
+    pub fn push(&mut self, index: u64, holds: bool) -> bool {
+        let changes = holds != self.is_open();
         match (self.open, holds) {
             (None, true) => self.open = Some(index),
             (Some(start), false) => {
@@ -37,6 +38,7 @@ impl Intervals {
             _ => {}
         }
         self.next = index + 1;
+        changes
     }
 
     /// All intervals, the last one closed where the record ends.
@@ -60,9 +62,9 @@ mod tests {
     #[test]
     fn intervals_are_half_open_and_the_last_one_ends_with_the_record() {
         let mut intervals = Intervals::default();
-        for (index, holds) in [false, true, true, false, true].into_iter().enumerate() {
-            intervals.push(index as u64, holds);
-        }
+        let changes = [false, true, true, false, true].into_iter().enumerate();
+        let changes: Vec<bool> = changes.map(|(index, holds)| intervals.push(index as u64, holds)).collect();
+        assert_eq!(changes, [false, true, false, true, true]);
         assert_eq!(intervals.all(), [Interval { start: 1, end: 3 }, Interval { start: 4, end: 5 }]);
         assert!(intervals.is_open());
     }

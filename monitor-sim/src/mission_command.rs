@@ -34,7 +34,7 @@ fn guard(args: &MissionArgs) -> Result<ExitCode, Failure> {
     let flights = mission.fly(&out, |samples| bar.inc(samples))?;
     bar.finish_and_clear();
     let mut report = flights.report(&mission);
-    let page = mission_page::guard::page(&mission, &flights, &report)?;
+    let page = mission_page::guard::page(&mission, &flights, &report);
     report.files.insert(0, out.write("mission.html", &page)?);
     print_all(&if args.json { json(&report)? } else { print::guard::mission(&mission, &report) })
 }
@@ -52,7 +52,7 @@ fn paper(args: &MissionArgs) -> Result<ExitCode, Failure> {
     let flights = mission.fly(&out, |samples| bar.inc(samples))?;
     bar.finish_and_clear();
     let mut report = flights.report(&mission);
-    let page = mission_page::paper::page(&mission, &flights, &report)?;
+    let page = mission_page::paper::page(&mission, &flights, &report);
     report.files.insert(0, out.write("mission.html", &page)?);
     print_all(&if args.json { json(&report)? } else { print::mission(&mission, &report) })
 }

@@ -39,6 +39,8 @@ pub enum Block {
         header: Vec<String>,
         /// Its cells. The first cell of a row names it.
         rows: Vec<Vec<String>>,
+        /// When what its rows tell of began, s, which the page's pictures over time can show; none if it has no time.
+        instants: Vec<f64>,
     },
     /// Pictures over the same time axis, one under the other.
     Figure {
@@ -59,6 +61,11 @@ pub enum Block {
 /// Zooms all pictures over time together; without it they stand as drawn.
 const VIEW: &str = include_str!("page/view.js");
 
+/// How the pictures over time are used; the script shows it, as it needs it.
+const KEYS: &str = "Pictures over time share one view. Drag over a stretch, or turn the wheel with Shift, to zoom; double-click to \
+                    see all. With a figure in focus: plus and minus zoom, the arrows move, 0 shows all; comma and full stop move \
+                    the cross-hair, Shift and the arrows faster; Escape hides it. By touch: one finger moves, two stretch.";
+
 const LAYOUT: &str = r#"
 *{box-sizing:border-box}
 :root{color-scheme:light dark;--page:#fff;--soft:#f4f6f8;--muted:#51606f;--link:#005a9c}
@@ -67,9 +74,9 @@ body{overflow-wrap:anywhere;margin:0 auto;padding:1.5rem clamp(1rem,4vw,3rem) 3r
 h1{font-size:1.6rem;line-height:1.25;margin:0 0 .5rem}h2{font-size:1.2rem;margin:2.5rem 0 .75rem;padding-top:.5rem;border-top:1px solid var(--grid)}
 .summary{font-size:1.1rem;margin:.25rem 0 1rem}
 nav ul{display:flex;flex-wrap:wrap;gap:.25rem 1.25rem;list-style:none;margin:0;padding:0}
-a{color:var(--link)}a:focus-visible,summary:focus-visible,.scroll:focus-visible{outline:3px solid var(--link);outline-offset:2px}
+a{color:var(--link)}a:focus-visible,summary:focus-visible,.scroll:focus-visible,th button:focus-visible{outline:3px solid var(--link);outline-offset:2px}
 figure{margin:1.25rem 0}figcaption,.caption{color:var(--muted);margin:1.5rem 0 .3rem;font-size:.95rem}
-.scroll{overflow-x:auto}.scroll svg{display:block;width:100%;min-width:640px;height:auto}
+.scroll{overflow-x:auto}.pictures>svg{display:block;width:100%;min-width:640px;height:auto}
 svg text{font-family:system-ui,-apple-system,"Segoe UI",Roboto,sans-serif}
 .legend{display:flex;flex-wrap:wrap;gap:.2rem 1.25rem;list-style:none;margin:.2rem 0;padding:0;font-size:.9rem}
 .legend i{display:inline-block;width:1.4rem;height:.7rem;margin-right:.45rem;vertical-align:baseline;border-radius:2px}
@@ -79,8 +86,11 @@ th,td{padding:.35rem .8rem;text-align:right;border-bottom:1px solid var(--grid);
 th:first-child,td:first-child{text-align:left}thead th{border-bottom:2px solid var(--muted)}
 pre{background:var(--soft);padding:1rem;overflow-x:auto;font-size:.85rem;line-height:1.4}
 footer{margin-top:3rem;color:var(--muted);font-size:.9rem}
-th button{font:inherit;color:var(--link);background:none;border:0;padding:0;cursor:pointer;text-decoration:underline}th button:focus-visible{outline:3px solid var(--link);outline-offset:2px}
-@media print{body{max-width:none;padding:0;font-size:11pt}nav,details{display:none}figure,table{break-inside:avoid}.scroll{overflow:visible}.scroll svg{min-width:0}}
+.keys{color:var(--muted);font-size:.9rem;margin:.75rem 0 0}.pictures{touch-action:pan-x pan-y}.pictures.zoomed{touch-action:pan-y}
+.cross{stroke:var(--ink);stroke-opacity:.6;pointer-events:none}.picked{fill:var(--link);fill-opacity:.2;pointer-events:none}
+.read{position:fixed;inset:auto 0 0 0;display:flex;flex-wrap:wrap;justify-content:center;gap:0 1.25rem;padding:.4rem 1rem;background:var(--soft);border-top:1px solid var(--grid);font-size:.9rem;font-variant-numeric:tabular-nums}.read[hidden]{display:none}
+th button{font:inherit;color:var(--link);background:none;border:0;padding:0;cursor:pointer;text-decoration:underline}
+@media print{body{max-width:none;padding:0;font-size:11pt}nav,details,.keys,.read{display:none}figure,table{break-inside:avoid}.scroll{overflow:visible}.pictures>svg{min-width:0}}
 "#;
 
 impl Page {
@@ -101,7 +111,8 @@ impl Page {
         for (k, section) in self.sections.iter().enumerate() {
             let _ = writeln!(html, "<li><a href=\"#s{k}\">{}</a></li>", escaped(&section.heading));
         }
-        html.push_str("</ul></nav>\n</header>\n<main>\n");
+        html.push_str("</ul></nav>\n");
+        let _ = write!(html, "<p id=\"keys\" class=\"keys\" hidden>{KEYS}</p>\n</header>\n<main>\n");
         for (k, section) in self.sections.iter().enumerate() {
             let _ = writeln!(html, "<section id=\"s{k}\">\n<h2>{}</h2>", escaped(&section.heading));
             section.blocks.iter().for_each(|block| block.write(&mut html));
@@ -122,7 +133,7 @@ impl Block {
             Block::Paragraph(text) => {
                 let _ = writeln!(html, "<p>{}</p>", escaped(text));
             }
-            Block::Table { caption, header, rows } => write_table(html, caption, header, rows),
+            Block::Table { caption, header, rows, instants } => write_table(html, caption, header, rows, instants),
             Block::Figure { caption, pictures } => write_figure(html, caption, pictures),
             Block::Verbatim { caption, text } => {
                 let (caption, text) = (escaped(caption), escaped(text));
@@ -132,7 +143,7 @@ impl Block {
     }
 }
 
-fn write_table(html: &mut String, caption: &str, header: &[String], rows: &[Vec<String>]) {
+fn write_table(html: &mut String, caption: &str, header: &[String], rows: &[Vec<String>], instants: &[f64]) {
     let caption = escaped(caption);
     let _ = write!(
         html,
@@ -142,11 +153,15 @@ fn write_table(html: &mut String, caption: &str, header: &[String], rows: &[Vec<
         let _ = write!(html, "<th scope=\"col\">{}</th>", escaped(cell));
     }
     html.push_str("</tr></thead>\n<tbody>\n");
-    for row in rows {
+    for (n, row) in rows.iter().enumerate() {
         html.push_str("<tr>");
+        let at = instants.get(n).map(|t_s| format!(" data-at=\"{t_s}\"")).unwrap_or_default();
         for (k, cell) in row.iter().enumerate() {
-            let (open, close) = if k == 0 { ("th scope=\"row\"", "th") } else { ("td", "td") };
-            let _ = write!(html, "<{open}>{}</{close}>", escaped(cell));
+            let cell = escaped(cell);
+            let _ = match k {
+                0 => write!(html, "<th scope=\"row\"{at}>{cell}</th>"),
+                _ => write!(html, "<td>{cell}</td>"),
+            };
         }
         html.push_str("</tr>\n");
     }
@@ -172,7 +187,7 @@ fn write_figure(html: &mut String, caption: &str, pictures: &[Picture]) {
         let _ = write!(html, "<li><i{class} style=\"background:{}\"></i>{}</li>", swatch.colour(), escaped(name));
     }
     html.push_str("</ul>\n");
-    let _ = writeln!(html, "<div class=\"scroll\" tabindex=\"0\" role=\"img\" aria-label=\"{caption}\">");
+    let _ = writeln!(html, "<div class=\"scroll pictures\" tabindex=\"0\" role=\"group\" aria-label=\"{caption}\">");
     for picture in pictures {
         html.push_str(&picture.svg);
         html.push('\n');
@@ -180,7 +195,7 @@ fn write_figure(html: &mut String, caption: &str, pictures: &[Picture]) {
     html.push_str("</div>\n</figure>\n");
 }
 
-fn escaped(text: &str) -> String {
+pub(crate) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
@@ -195,6 +210,7 @@ mod tests {
             caption: "Table 1".to_owned(),
             header: vec!["fault".to_owned(), "at, s".to_owned()],
             rows: vec![vec!["<F1>".to_owned(), "20.02".to_owned()]],
+            instants: vec![20.02],
         };
         let figure = Block::Figure { caption: "Figure 6".to_owned(), pictures: vec![picture.clone(), picture] };
         let section = Section { heading: "Results & tables".to_owned(), blocks: vec![table, figure] };
@@ -223,6 +239,11 @@ mod tests {
     #[test]
     fn a_legend_names_each_entry_once_for_all_pictures_of_a_figure() {
         assert_eq!(page().matches("threshold").count(), 1);
+    }
+
+    #[test]
+    fn a_row_of_a_table_says_when_it_was() {
+        assert!(page().contains("<th scope=\"row\" data-at=\"20.02\">&lt;F1&gt;</th>"));
     }
 
     #[test]

@@ -40,6 +40,11 @@ impl Signals {
         }
         self.samples += 1;
     }
+
+    /// Keeps the samples around the last one, at which something happened.
+    pub fn mark(&mut self) {
+        self.channels.iter_mut().chain([&mut self.set_point]).for_each(Envelope::mark);
+    }
 }
 
 /// How many samples a run spent in each phase.

@@ -52,7 +52,7 @@ fn guard(log: &Path, args: &ReplayArgs) -> Result<ExitCode, Failure> {
     );
     bar.finish_and_clear();
     let mut replayed = replayed?;
-    let page = replay_page::guard::page(&replay, &replayed)?;
+    let page = replay_page::guard::page(&replay, &replayed);
     replayed.report.files.insert(0, out.write("replay.html", &page)?);
     print_all(&if args.json { json(&replayed.report)? } else { print::guard::replay(&replayed) })?;
     Ok(ExitCode::from(replayed.report.exit))
@@ -122,7 +122,7 @@ fn paper(log: &Path, args: &ReplayArgs) -> Result<ExitCode, Failure> {
     );
     bar.finish_and_clear();
     let mut replayed = replayed?;
-    let page = replay_page::paper::page(&replay, &replayed)?;
+    let page = replay_page::paper::page(&replay, &replayed);
     replayed.report.files.insert(0, out.write("replay.html", &page)?);
     if args.baseline.is_none() {
         replayed.report.files.push(out.write("baseline.toml", &replayed.baseline.to_toml()?)?);

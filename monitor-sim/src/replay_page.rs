@@ -1,6 +1,6 @@
 //! The page of a replay: the recorded channels; each mode adds what it makes of them.
 
-use crate::chart::{Band, ChartError, Picture, Series, Swatch, TimeAxis, TimeChart, time_chart};
+use crate::chart::{Band, Picture, Series, TimeAxis, TimeChart, time_chart};
 use crate::envelope::Envelope;
 use crate::page::{Block, Section};
 use crate::record::Signals;
@@ -33,32 +33,23 @@ fn axis(source: &Source, signals: &Signals, window: Option<(u64, u64)>) -> TimeA
         to: injection.end_row().map_or(end, |row| signals.seconds(row)),
         label: injection.to_string(),
     });
-    TimeAxis { range: (0.0, end), scaled_from: 0.0, bands: learning.into_iter().chain(injected).collect() }
+    let bands = learning.into_iter().chain(injected).collect();
+    TimeAxis { range: (0.0, end), scaled_from: 0.0, bands, shaded: "learning window or injected fault" }
 }
 
 /// The set point, if it was recorded, and the three channels.
-fn channels(source: &Source, signals: &Signals, axis: &TimeAxis) -> Result<Vec<Picture>, ChartError> {
+fn channels(source: &Source, signals: &Signals, axis: &TimeAxis) -> Vec<Picture> {
     let mut pictures = Vec::new();
     if source.set_point.is_some() {
-        pictures.push(signal("set point", &signals.set_point, true, axis)?);
+        pictures.push(signal("set point", &signals.set_point, true, axis));
     }
     for (k, (name, envelope)) in source.names().0.iter().zip(&signals.channels).enumerate() {
-        pictures.push(signal(name, envelope, k < 2, axis)?);
+        pictures.push(signal(name, envelope, k < 2, axis));
     }
-    Ok(pictures)
+    pictures
 }
 
-/// Windows and injected faults are shaded; the word of the legend says so.
-fn say_what_is_shaded<'a>(pictures: impl Iterator<Item = &'a mut Picture>) {
-    for (_, name) in pictures.flat_map(|picture| &mut picture.legend).filter(|(_, name)| name == "true fault") {
-        *name = "learning window or injected fault".to_owned();
-    }
-}
-
-fn signal(name: &str, signal: &Envelope, stacked: bool, axis: &TimeAxis) -> Result<Picture, ChartError> {
+fn signal(name: &str, signal: &Envelope, stacked: bool, axis: &TimeAxis) -> Picture {
     let series = vec![Series { name, signal }];
-    let mut picture = time_chart(&TimeChart { y_label: name, log_y: false, series, limits: vec![], stacked }, axis)?;
-    // The axis names the signal already.
-    picture.legend.retain(|(swatch, _)| *swatch == Swatch::Band);
-    Ok(picture)
+    time_chart(&TimeChart { name, unit: "", log_y: false, series, limits: vec![], stacked }, axis).without_series()
 }

@@ -16,7 +16,7 @@ pub mod fleet;
 pub mod guard;
 
 /// A table of text. The first column names its rows.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct TextTable {
     /// What it shows.
     pub caption: String,
@@ -24,11 +24,14 @@ pub struct TextTable {
     pub header: Vec<String>,
     /// Its cells.
     pub rows: Vec<Vec<String>>,
+    /// When what its rows tell of began, s; none if it has no time.
+    pub instants: Vec<f64>,
 }
 
 impl TextTable {
     pub(crate) fn new<'a>(caption: impl Into<String>, header: impl IntoIterator<Item = &'a str>) -> Self {
-        TextTable { caption: caption.into(), header: header.into_iter().map(str::to_owned).collect(), rows: Vec::new() }
+        let header = header.into_iter().map(str::to_owned).collect();
+        TextTable { caption: caption.into(), header, rows: Vec::new(), instants: Vec::new() }
     }
 
     pub(crate) fn with_rows<const N: usize>(mut self, rows: impl IntoIterator<Item = [String; N]>) -> Self {
@@ -36,10 +39,16 @@ impl TextTable {
         self
     }
 
+    /// Says when the rows were, s.
+    fn at(mut self, instants: impl IntoIterator<Item = f64>) -> Self {
+        self.instants = instants.into_iter().take(self.rows.len()).collect();
+        self
+    }
+
     /// The table as a piece of a page.
     #[must_use]
     pub fn into_block(self) -> Block {
-        Block::Table { caption: self.caption, header: self.header, rows: self.rows }
+        Block::Table { caption: self.caption, header: self.header, rows: self.rows, instants: self.instants }
     }
 }
 
@@ -63,11 +72,12 @@ pub fn of_mission(report: &MissionReport) -> Vec<TextTable> {
 /// The first `most` events of a flight.
 #[must_use]
 pub fn events(events: &[Event], rate_hz: f64, most: usize) -> TextTable {
-    let row = |event: &Event| [found_at(event.sample as f64 / rate_hz), names::event(event.kind)];
+    let at = |event: &Event| event.sample as f64 / rate_hz;
+    let row = |event: &Event| [found_at(at(event)), names::event(event.kind)];
     let more = events.len().saturating_sub(most);
     let caption =
         if more > 0 { format!("The first {most} events of {}", events.len()) } else { "All events".to_owned() };
-    TextTable::new(caption, ["at, s", "event"]).with_rows(events.iter().take(most).map(row))
+    TextTable::new(caption, ["at, s", "event"]).with_rows(events.iter().take(most).map(row)).at(events.iter().map(at))
 }
 
 /// Figures 5 and 8 as a table.
@@ -171,7 +181,9 @@ pub fn alarms(alarms: &[Alarm], names: &ChannelNames, most: usize) -> TextTable 
         let name = alarm.located.as_deref().map_or_else(|| "-".to_owned(), |id| names.located(id));
         [rows, seconds, name, significant(alarm.peak), a, b, c]
     };
-    TextTable::new(caption, header).with_rows(alarms.iter().take(most).map(row))
+    TextTable::new(caption, header)
+        .with_rows(alarms.iter().take(most).map(row))
+        .at(alarms.iter().map(|alarm| alarm.start_s))
 }
 
 /// The thresholds that tuning found, and what stands on either side of them.

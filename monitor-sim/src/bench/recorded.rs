@@ -57,7 +57,9 @@ impl Recorded {
     #[must_use]
     pub fn stretches(&self, holds: &[bool], from: usize) -> Vec<(f64, f64)> {
         let mut intervals = Intervals::default();
-        holds.iter().enumerate().for_each(|(row, holds)| intervals.push((from + row) as u64, *holds));
+        for (row, holds) in holds.iter().enumerate() {
+            intervals.push((from + row) as u64, *holds);
+        }
         intervals.all().into_iter().map(|at| (self.seconds(at.start as usize), self.seconds(at.end as usize))).collect()
     }
 

@@ -1,7 +1,7 @@
 //! The page of a mission in `guard` mode: distances over their limits, alarms and names, under what is injected and measured.
 
 use super::{LISTED_EVENTS, axis, scenario_figure, section, signals};
-use crate::chart::{ChartError, LogicRow, Picture, Series, TimeAxis, TimeChart, in_seconds, logic_chart, time_chart};
+use crate::chart::{LogicRow, Picture, Series, TimeAxis, TimeChart, in_seconds, logic_chart, time_chart};
 use crate::guardian::SCALE_NAMES;
 use crate::intervals::Interval;
 use crate::mission::Faults;
@@ -15,10 +15,8 @@ use crate::tables::{self, TextTable};
 const PAPERS: [Name; 3] = [Name::LoadTorque, Name::SpeedSensor, Name::CurrentSensor];
 
 /// The page of a mission.
-///
-/// # Errors
-/// [`ChartError`] when a picture cannot be drawn.
-pub fn page(mission: &Mission, flights: &Flights, report: &GuardReport) -> Result<String, ChartError> {
+#[must_use]
+pub fn page(mission: &Mission, flights: &Flights, report: &GuardReport) -> String {
     let right = report.faults.iter().filter(|fault| fault.is_located_right()).count();
     let summary = format!(
         "{right} of {} faults named right, {} false alarms; {:.0} s at {:.0} Hz with {} faults, seed {}, {} mode.",
@@ -40,11 +38,11 @@ pub fn page(mission: &Mission, flights: &Flights, report: &GuardReport) -> Resul
         section("Tables", tables),
         section(
             "What is injected and measured",
-            vec![scenario_figure(&flown.scenario)?, signals(&flown.scenario, &flown.recording.signals)?],
+            vec![scenario_figure(&flown.scenario), signals(&flown.scenario, &flown.recording.signals)],
         ),
-        section("Distances, alarms and names", vec![shown(flown)?]),
-        section("Growing faults", vec![shown(ramps)?]),
-        section("A load that grows with speed", vec![shown(speed_dependent)?]),
+        section("Distances, alarms and names", vec![shown(flown)]),
+        section("Growing faults", vec![shown(ramps)]),
+        section("A load that grows with speed", vec![shown(speed_dependent)]),
         section("What was learned", vec![tables::guard::quality(&report.quality).into_block()]),
         section("Events", vec![events]),
         section(
@@ -57,46 +55,40 @@ pub fn page(mission: &Mission, flights: &Flights, report: &GuardReport) -> Resul
     ];
     let title = format!("Thruster fault monitor: mission \"{}\"", mission.scenario.name);
     let footer = format!("monitor-sim {}. A simulated motor; nothing here ran on silicon.", env!("CARGO_PKG_VERSION"));
-    Ok(Page { title, summary, sections, footer }.to_html())
+    Page { title, summary, sections, footer }.to_html()
 }
 
 /// The distances of the time scales over their limits, and under them what the monitor makes of them.
-fn watched(recording: &Recording, rate_hz: f64, axis: &TimeAxis) -> Result<Block, ChartError> {
-    let mut pictures = severities(recording, axis)?;
-    pictures.push(timeline(recording, rate_hz, &PAPERS, axis)?);
+fn watched(recording: &Recording, rate_hz: f64, axis: &TimeAxis) -> Block {
+    let mut pictures = severities(recording, axis);
+    pictures.push(timeline(recording, rate_hz, &PAPERS, axis));
     let caption = "The distance of each time scale from healthy, over its limit; under it the alarm, the loop's recovery, and \
                    the names that stood.";
-    Ok(Block::Figure { caption: caption.to_owned(), pictures })
+    Block::Figure { caption: caption.to_owned(), pictures }
 }
 
 /// The distances of the three time scales over their limits, on a logarithmic axis.
-///
-/// # Errors
-/// [`ChartError`] when a picture cannot be drawn.
-pub fn severities(recording: &Recording, axis: &TimeAxis) -> Result<Vec<Picture>, ChartError> {
+#[must_use]
+pub fn severities(recording: &Recording, axis: &TimeAxis) -> Vec<Picture> {
     let mut pictures = Vec::new();
     for (name, signal) in SCALE_NAMES.into_iter().zip(&recording.severity) {
         let label = format!("{name}: T²/limit");
         let chart = TimeChart {
-            y_label: &label,
+            name: &label,
+            unit: "",
             log_y: true,
             series: vec![Series { name, signal }],
             limits: vec![("limit".to_owned(), 1.0)],
             stacked: true,
         };
-        let mut picture = time_chart(&chart, axis)?;
-        // The axis names the signal already.
-        picture.legend.retain(|(swatch, _)| !matches!(swatch, crate::chart::Swatch::Series(_)));
-        pictures.push(picture);
+        pictures.push(time_chart(&chart, axis).without_series());
     }
-    Ok(pictures)
+    pictures
 }
 
 /// Where an alarm stood, where the loop recovered, and where each name stood; some have a row even if they never did.
-///
-/// # Errors
-/// [`ChartError`] when the picture cannot be drawn.
-pub fn timeline(recording: &Recording, rate_hz: f64, always: &[Name], axis: &TimeAxis) -> Result<Picture, ChartError> {
+#[must_use]
+pub fn timeline(recording: &Recording, rate_hz: f64, always: &[Name], axis: &TimeAxis) -> Picture {
     let outputs = &recording.outputs;
     let row = |name: &str, colour, stood: &[Interval]| LogicRow {
         name: name.to_owned(),

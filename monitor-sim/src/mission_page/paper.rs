@@ -4,8 +4,7 @@ use monitor_core::sample::ModelId;
 
 use super::{LISTED_EVENTS, axis, scenario_figure, section, signals};
 use crate::chart::{
-    BarGroup, ChartError, LogicRow, Picture, Series, TimeAxis, TimeChart, bar_chart, in_seconds, logic_chart,
-    time_chart,
+    BarGroup, LogicRow, Picture, Series, TimeAxis, TimeChart, bar_chart, in_seconds, logic_chart, time_chart,
 };
 use crate::intervals::Intervals;
 use crate::mission::Faults;
@@ -17,10 +16,8 @@ use crate::score::Method;
 use crate::tables::{self, TextTable};
 
 /// The page of a mission.
-///
-/// # Errors
-/// [`ChartError`] when a picture cannot be drawn.
-pub fn page(mission: &Mission, flights: &Flights, report: &MissionReport) -> Result<String, ChartError> {
+#[must_use]
+pub fn page(mission: &Mission, flights: &Flights, report: &MissionReport) -> String {
     let names = ChannelNames::motor();
     let table_2: Vec<_> = report.faults.iter().filter(|f| f.method == Method::Ppca).collect();
     let right = table_2.iter().filter(|f| f.located.as_deref() == Some(&f.id)).count();
@@ -38,11 +35,11 @@ pub fn page(mission: &Mission, flights: &Flights, report: &MissionReport) -> Res
     let thresholds = mission.settings.to_toml().unwrap_or_default();
     let sections = vec![
         section("Tables", tables_of(report)),
-        section("Scenario (figure 1)", vec![scenario_figure(&flights.tables.scenario)?, signals(&flights.tables.scenario, &flights.tables.recording.signals)?]),
-        section("Principal components (figures 5 and 8)", vec![components(&report.explained, &names)?]),
-        section("PCA: residual and detection (figures 6 and 7)", vec![full_model(&flights.tables, report)?]),
-        section("PPCA: residuals and localization (figures 10 and 11)", vec![pairs(&flights.tables, report, &names)?]),
-        section("Growing faults (the second figure 11)", vec![growing(&flights.ramps, report, &names)?]),
+        section("Scenario (figure 1)", vec![scenario_figure(&flights.tables.scenario), signals(&flights.tables.scenario, &flights.tables.recording.signals)]),
+        section("Principal components (figures 5 and 8)", vec![components(&report.explained, &names)]),
+        section("PCA: residual and detection (figures 6 and 7)", vec![full_model(&flights.tables, report)]),
+        section("PPCA: residuals and localization (figures 10 and 11)", vec![pairs(&flights.tables, report, &names)]),
+        section("Growing faults (the second figure 11)", vec![growing(&flights.ramps, report, &names)]),
         section(
             "A load that grows with speed",
             vec![
@@ -52,7 +49,7 @@ pub fn page(mission: &Mission, flights: &Flights, report: &MissionReport) -> Res
                      three pairs move, and (1.8) reads it as fault 1."
                         .to_owned(),
                 ),
-                pairs(&flights.speed_dependent, report, &names)?,
+                pairs(&flights.speed_dependent, report, &names),
             ],
         ),
         section("Events", vec![tables::events(&flights.tables.events, report.rate_hz, LISTED_EVENTS).into_block()]),
@@ -66,7 +63,7 @@ pub fn page(mission: &Mission, flights: &Flights, report: &MissionReport) -> Res
     ];
     let title = format!("Thruster fault monitor: mission \"{}\"", mission.scenario.name);
     let footer = format!("monitor-sim {}. A simulated motor; nothing here ran on silicon.", env!("CARGO_PKG_VERSION"));
-    Ok(Page { title, summary, sections, footer }.to_html())
+    Page { title, summary, sections, footer }.to_html()
 }
 
 fn tables_of(report: &MissionReport) -> Vec<Block> {
@@ -75,10 +72,8 @@ fn tables_of(report: &MissionReport) -> Vec<Block> {
 }
 
 /// Figures 5 and 8.
-///
-/// # Errors
-/// [`ChartError`] when the picture cannot be drawn.
-pub fn components(explained: &ByModel<Vec<f64>>, names: &ChannelNames) -> Result<Block, ChartError> {
+#[must_use]
+pub fn components(explained: &ByModel<Vec<f64>>, names: &ChannelNames) -> Block {
     let group = |model: &ModelId| BarGroup {
         name: names.model(*model),
         values: explained.get(*model).iter().map(|share| 100.0 * share).collect(),
@@ -86,14 +81,16 @@ pub fn components(explained: &ByModel<Vec<f64>>, names: &ChannelNames) -> Result
     let groups: Vec<BarGroup> = ModelId::ALL.iter().map(group).collect();
     let caption =
         "Share of the variance that each principal component explains (1.3): all channels, then the three pairs.";
-    let picture = bar_chart(&groups, "explained variance, %", ("80 % criterion (cumulative)", 80.0))?;
-    Ok(Block::Figure { caption: caption.to_owned(), pictures: vec![picture] })
+    let bars = [1, 2, 3].map(|k| format!("component {k}"));
+    let picture = bar_chart(&groups, &bars, "explained variance", Some(("80 % criterion (cumulative)", 80.0)));
+    Block::Figure { caption: caption.to_owned(), pictures: vec![picture] }
 }
 
-fn full_model(flight: &Flight, report: &MissionReport) -> Result<Block, ChartError> {
+fn full_model(flight: &Flight, report: &MissionReport) -> Block {
     let recording = &flight.recording;
     let chart = TimeChart {
-        y_label: "T², 1",
+        name: "T²",
+        unit: "1",
         log_y: true,
         series: vec![Series { name: "smoothed T² of all channels", signal: &recording.residuals.full }],
         limits: vec![(format!("threshold {}", report.limits.full), report.limits.full)],
@@ -103,37 +100,32 @@ fn full_model(flight: &Flight, report: &MissionReport) -> Result<Block, ChartErr
     let rows = [LogicRow { name: "fault detected".to_owned(), colour: 0, intervals: up }];
     let axis = axis(&flight.scenario);
     let caption = "The residual of the full model with its threshold, and the relay's output under it.";
-    Ok(Block::Figure {
-        caption: caption.to_owned(),
-        pictures: vec![time_chart(&chart, &axis)?, logic_chart(&rows, &axis)?],
-    })
+    Block::Figure { caption: caption.to_owned(), pictures: vec![time_chart(&chart, &axis), logic_chart(&rows, &axis)] }
 }
 
-fn pairs(flight: &Flight, report: &MissionReport, names: &ChannelNames) -> Result<Block, ChartError> {
+fn pairs(flight: &Flight, report: &MissionReport, names: &ChannelNames) -> Block {
     let axis = axis(&flight.scenario);
-    let pictures = pair_pictures(&flight.recording, &report.limits, names, report.rate_hz, &axis)?;
+    let pictures = pair_pictures(&flight.recording, &report.limits, names, report.rate_hz, &axis);
     let caption = "The residuals of the three pairs with their thresholds; under them the relays r1 to r3 and what (1.8) makes of them.";
-    Ok(Block::Figure { caption: caption.to_owned(), pictures })
+    Block::Figure { caption: caption.to_owned(), pictures }
 }
 
-fn growing(flight: &Flight, report: &MissionReport, names: &ChannelNames) -> Result<Block, ChartError> {
+fn growing(flight: &Flight, report: &MissionReport, names: &ChannelNames) -> Block {
     let axis = axis(&flight.scenario);
-    let pictures = pair_pictures(&flight.recording, &report.limits, names, report.rate_hz, &axis)?;
+    let pictures = pair_pictures(&flight.recording, &report.limits, names, report.rate_hz, &axis);
     let caption = "Every fault grows linearly over its interval; the same residuals and outputs.";
-    Ok(Block::Figure { caption: caption.to_owned(), pictures })
+    Block::Figure { caption: caption.to_owned(), pictures }
 }
 
 /// The residuals of the pairs, the relays, and the located faults.
-///
-/// # Errors
-/// [`ChartError`] when a picture cannot be drawn.
+#[must_use]
 pub fn pair_pictures(
     recording: &Recording,
     limits: &ByModel<f64>,
     names: &ChannelNames,
     rate_hz: f64,
     axis: &TimeAxis,
-) -> Result<Vec<Picture>, ChartError> {
+) -> Vec<Picture> {
     let pair_models = ModelId::ALL.into_iter().filter(|model| *model != ModelId::Full);
     let named: Vec<(ModelId, String)> =
         pair_models.zip(1..).map(|(model, k)| (model, format!("r{k} {}", names.model(model)))).collect();
@@ -141,17 +133,16 @@ pub fn pair_pictures(
     for (model, name) in &named {
         let limit = *limits.get(*model);
         let series = vec![Series { name, signal: recording.residuals.get(*model) }];
-        let label = format!("{}: T², 1", name.split(' ').next().unwrap_or_default());
+        let label = format!("{}: T²", name.split(' ').next().unwrap_or_default());
         let chart = TimeChart {
-            y_label: &label,
+            name: &label,
+            unit: "1",
             log_y: true,
             series,
             limits: vec![("threshold".to_owned(), limit)],
             stacked: true,
         };
-        let mut picture = time_chart(&chart, axis)?;
-        picture.legend.retain(|(swatch, _)| !matches!(swatch, crate::chart::Swatch::Series(_)));
-        pictures.push(picture);
+        pictures.push(time_chart(&chart, axis).without_series());
     }
     let row = |name: String, colour: usize, stood: &Intervals| {
         let intervals = in_seconds(&stood.all(), rate_hz);
@@ -160,6 +151,6 @@ pub fn pair_pictures(
     let relays = named.iter().map(|(model, name)| row(name.clone(), 0, recording.outputs.relays.get(*model)));
     let diagnoses = recording.outputs.diagnoses.iter().map(|(id, stood)| row(names.located(id), 1, stood));
     let rows: Vec<LogicRow> = relays.chain(diagnoses).collect();
-    pictures.push(logic_chart(&rows, axis)?);
-    Ok(pictures)
+    pictures.push(logic_chart(&rows, axis));
+    pictures
 }

@@ -45,13 +45,14 @@ pub struct Coverage {
 }
 
 impl Outputs {
-    /// Takes what was said of sample `index`.
-    pub fn push(&mut self, index: u64, said: &Said) {
-        self.alarm.push(index, said.verdict.alarm());
-        self.recovering.push(index, said.verdict.recovering());
+    /// Takes what was said of sample `index`. Returns whether it is anything else than before.
+    pub fn push(&mut self, index: u64, said: &Said) -> bool {
+        let mut changes = self.alarm.push(index, said.verdict.alarm());
+        changes |= self.recovering.push(index, said.verdict.recovering());
         for (name, stood) in Name::ALL.into_iter().zip(&mut self.names) {
-            stood.push(index, said.found.is_some_and(|found| found.name == name));
+            changes |= stood.push(index, said.found.is_some_and(|found| found.name == name));
         }
+        changes
     }
 
     /// Where a name stood.
@@ -87,7 +88,10 @@ impl Recording {
         for (envelope, severity) in self.severity.iter_mut().zip(severity) {
             envelope.push(t, severity);
         }
-        self.outputs.push(index, said);
+        if self.outputs.push(index, said) {
+            self.signals.mark();
+            self.severity.iter_mut().for_each(Envelope::mark);
+        }
         match said.verdict.phase() {
             Phase::Settling => self.coverage.phases.settling += 1,
             Phase::Seeding | Phase::Learning | Phase::ModelDue => self.coverage.phases.learning += 1,

@@ -45,14 +45,16 @@ impl Default for LogicalOutputs {
 }
 
 impl LogicalOutputs {
-    /// Takes what the monitor said of sample `index`.
-    pub fn push(&mut self, index: u64, verdict: &Verdict) {
+    /// Takes what the monitor said of sample `index`. Returns whether it is anything else than before.
+    pub fn push(&mut self, index: u64, verdict: &Verdict) -> bool {
+        let mut changes = false;
         for model in ModelId::ALL {
-            self.relays.get_mut(model).push(index, *verdict.relays().get(model));
+            changes |= self.relays.get_mut(model).push(index, *verdict.relays().get(model));
         }
         for (id, stood) in &mut self.diagnoses {
-            stood.push(index, diagnosis_id(verdict.diagnosis()) == Some(*id));
+            changes |= stood.push(index, diagnosis_id(verdict.diagnosis()) == Some(*id));
         }
+        changes
     }
 
     /// What the scores are made of.
@@ -88,7 +90,10 @@ impl Recording {
             let residual = verdict.residuals().map_or(f64::NAN, |r| f64::from(*r.get(model)));
             self.residuals.get_mut(model).push(t, residual);
         }
-        self.outputs.push(index, verdict);
+        if self.outputs.push(index, verdict) {
+            self.signals.mark();
+            ModelId::ALL.iter().for_each(|model| self.residuals.get_mut(*model).mark());
+        }
         match verdict.phase() {
             Phase::Settling(_) => self.phases.settling += 1,
             Phase::Learning | Phase::ModelDue => self.phases.learning += 1,

@@ -1,17 +1,14 @@
 //! The page of a replay in `guard` mode: what was found and learned, the channels, the distances.
 
-use super::{LISTED_ALARMS, axis, channels, figure, say_what_is_shaded, section};
-use crate::chart::ChartError;
+use super::{LISTED_ALARMS, axis, channels, figure, section};
 use crate::mission_page::guard::{severities, timeline};
 use crate::page::{Block, Page};
 use crate::replay::guard::{Replay, Replayed};
 use crate::tables::guard as tables;
 
 /// The page of a replay.
-///
-/// # Errors
-/// [`ChartError`] when a picture cannot be drawn.
-pub fn page(replay: &Replay, replayed: &Replayed) -> Result<String, ChartError> {
+#[must_use]
+pub fn page(replay: &Replay, replayed: &Replayed) -> String {
     let Replayed { report, recording, names } = replayed;
     let axis = axis(&replay.source, &recording.signals, Some((report.learned.start_row, report.learned.end_row)));
     let found = match report.alarms.len() {
@@ -24,10 +21,9 @@ pub fn page(replay: &Replay, replayed: &Replayed) -> Result<String, ChartError> 
     learned.extend(replayed.remarks().into_iter().map(Block::Paragraph));
     learned.push(tables::quality(&report.learned.quality).into_block());
     learned.push(tables::limits(&report.limits, &report.settings.time_constants_s).into_block());
-    let mut channels = channels(&replay.source, &recording.signals, &axis)?;
-    let mut watched = severities(recording, &axis)?;
-    watched.push(timeline(recording, report.rate_hz, &[], &axis)?);
-    say_what_is_shaded(channels.iter_mut().chain(&mut watched));
+    let channels = channels(&replay.source, &recording.signals, &axis);
+    let mut watched = severities(recording, &axis);
+    watched.push(timeline(recording, report.rate_hz, &[], &axis));
     let settings = toml::to_string(&report.settings).unwrap_or_default();
     let sections = vec![
         section("Alarms", vec![tables::alarms(&report.alarms, names, LISTED_ALARMS).into_block()]),
@@ -50,5 +46,5 @@ pub fn page(replay: &Replay, replayed: &Replayed) -> Result<String, ChartError> 
         report.mode,
         replay.false_alarms_per_hour
     );
-    Ok(Page { title, summary, sections, footer }.to_html())
+    Page { title, summary, sections, footer }.to_html()
 }

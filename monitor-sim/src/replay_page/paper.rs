@@ -1,17 +1,15 @@
 //! The page of a replay in `paper` mode: what was learned, the channels, the residuals and what was found.
 
-use super::{LISTED_ALARMS, axis, channels, figure, say_what_is_shaded, section};
-use crate::chart::{ChartError, LogicRow, Series, TimeChart, in_seconds, logic_chart, time_chart};
+use super::{LISTED_ALARMS, axis, channels, figure, section};
+use crate::chart::{LogicRow, Series, TimeChart, in_seconds, logic_chart, time_chart};
 use crate::mission_page::paper::{components, pair_pictures};
 use crate::page::{Block, Page};
 use crate::replay::paper::{Replay, Replayed};
 use crate::tables;
 
 /// The page of a replay.
-///
-/// # Errors
-/// [`ChartError`] when a picture cannot be drawn.
-pub fn page(replay: &Replay, replayed: &Replayed) -> Result<String, ChartError> {
+#[must_use]
+pub fn page(replay: &Replay, replayed: &Replayed) -> String {
     let Replayed { report, recording, names, .. } = replayed;
     let window = report.learned.start_row.zip(report.learned.end_row);
     let axis = axis(&replay.source, &recording.signals, window);
@@ -23,11 +21,12 @@ pub fn page(replay: &Replay, replayed: &Replayed) -> Result<String, ChartError> 
     let summary = format!("{found} in {} rows at {} Hz. {}", report.samples, report.rate_hz, replayed.coverage());
     let mut learned = vec![tables::learned(&report.learned, names).into_block()];
     learned.extend(replayed.remarks().into_iter().map(Block::Paragraph));
-    learned.push(components(&report.learned.quality.explained, names)?);
+    learned.push(components(&report.learned.quality.explained, names));
 
-    let mut channels = channels(&replay.source, &recording.signals, &axis)?;
+    let channels = channels(&replay.source, &recording.signals, &axis);
     let full = TimeChart {
-        y_label: "T², 1",
+        name: "T²",
+        unit: "1",
         log_y: true,
         series: vec![Series { name: "smoothed T² of all channels", signal: &recording.residuals.full }],
         limits: vec![("threshold".to_owned(), report.limits.full)],
@@ -38,9 +37,8 @@ pub fn page(replay: &Replay, replayed: &Replayed) -> Result<String, ChartError> 
         colour: 0,
         intervals: in_seconds(&recording.outputs.relays.full.all(), report.rate_hz),
     };
-    let mut pairs = pair_pictures(recording, &report.limits, names, report.rate_hz, &axis)?;
-    let mut pictures = vec![time_chart(&full, &axis)?, logic_chart(&[relay], &axis)?];
-    say_what_is_shaded(channels.iter_mut().chain(&mut pictures).chain(&mut pairs));
+    let pairs = pair_pictures(recording, &report.limits, names, report.rate_hz, &axis);
+    let pictures = vec![time_chart(&full, &axis), logic_chart(&[relay], &axis)];
     let sections = vec![
         section("Alarms", vec![tables::alarms(&report.alarms, names, LISTED_ALARMS).into_block()]),
         section("Learned", learned),
@@ -62,5 +60,5 @@ pub fn page(replay: &Replay, replayed: &Replayed) -> Result<String, ChartError> 
         report.mode,
         report.cutoff_hz
     );
-    Ok(Page { title, summary, sections, footer }.to_html())
+    Page { title, summary, sections, footer }.to_html()
 }

@@ -122,8 +122,10 @@ pub fn events(flight: &Flight, most: usize) -> TextTable {
     all.sort_by_key(|(at, _)| *at);
     let count = all.len();
     let caption = if count > most { format!("The first {most} events of {count}") } else { "All events".to_owned() };
-    let row = |(at, what): (u64, String)| [found_at(flight.recording.signals.seconds(at)), what];
-    TextTable::new(caption, ["at, s", "event"]).with_rows(all.into_iter().take(most).map(row))
+    let instants: Vec<f64> = all.iter().map(|(at, _)| flight.recording.signals.seconds(*at)).collect();
+    let row = |((_, what), t_s): ((u64, String), &f64)| [found_at(*t_s), what];
+    let rows = all.into_iter().zip(&instants).take(most).map(row);
+    TextTable::new(caption, ["at, s", "event"]).with_rows(rows).at(instants)
 }
 
 /// What a replay learned of each channel.
@@ -160,5 +162,7 @@ pub fn alarms(alarms: &[Alarm], names: &ChannelNames, most: usize) -> TextTable 
             c,
         ]
     };
-    TextTable::new(caption, header).with_rows(alarms.iter().take(most).map(row))
+    TextTable::new(caption, header)
+        .with_rows(alarms.iter().take(most).map(row))
+        .at(alarms.iter().map(|alarm| alarm.start_s))
 }

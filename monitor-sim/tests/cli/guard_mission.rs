@@ -61,7 +61,7 @@ fn the_tables_the_page_and_the_trace_say_the_same_of_a_mission() {
         assert!(text.contains(part), "{part}\n{text}");
     }
     let page = desk.read("monitor-out/mission.html");
-    for outside in ["http", "<script ", "src=", "@import", "<link"] {
+    for outside in ["://", "<script ", "src=", "@import", "<link"] {
         assert!(!page.contains(outside), "{outside}");
     }
     for heading in ["What is injected", "Distances, alarms and names", "Growing faults", "A load that grows with speed"]

@@ -148,7 +148,7 @@ fn the_page_stands_alone_and_the_trace_has_a_row_for_each_row_judged() {
         serde_json::json!(["results/replay.html", "results/replay.csv", "results/baseline.toml"])
     );
     let page = desk.read("results/replay.html");
-    for outside in ["http", "<script ", "src=", "@import", "<link"] {
+    for outside in ["://", "<script ", "src=", "@import", "<link"] {
         assert!(!page.contains(outside), "{outside}");
     }
     assert!(page.matches("<svg").count() >= 4);
