@@ -3,6 +3,7 @@
 mod bad_logs;
 mod bad_options;
 mod bench;
+mod browser;
 mod desk;
 #[cfg(feature = "parquet")]
 mod fleet;

@@ -1,0 +1,183 @@
+//! The page in a real browser. What a reader does with it is in `browser.js`; each test looks at what came of it.
+
+use std::env;
+use std::io::Write as _;
+use std::path::PathBuf;
+use std::sync::LazyLock;
+use std::time::Duration;
+
+use assert_cmd::Command;
+use serde::Deserialize;
+
+use crate::desk::Desk;
+
+/// What came of it.
+#[derive(Deserialize)]
+struct Seen {
+    pictures: Vec<PictureSeen>,
+    linked: [f64; 2],
+    whole: [f64; 2],
+    drawn: Vec<f64>,
+    events: Vec<f64>,
+    visited: [f64; 2],
+    zoomed: usize,
+    told: Option<Vec<String>>,
+    escaped: Option<Vec<String>>,
+    hovered: Option<Vec<String>>,
+    crosses: Vec<String>,
+    stepped: Option<Vec<String>>,
+    left: Option<Vec<String>>,
+    nearer: [f64; 2],
+    further: [f64; 2],
+    dragged: [f64; 2],
+    pinched: [f64; 2],
+    panned: [f64; 2],
+    printed: Printed,
+    /// What the console said, and the trace of the same run.
+    #[serde(skip)]
+    console: String,
+    #[serde(skip)]
+    trace: String,
+}
+
+#[derive(Deserialize)]
+struct PictureSeen {
+    alternative: String,
+    width: f64,
+    drawn: bool,
+}
+
+#[derive(Deserialize)]
+struct Printed {
+    view: [f64; 2],
+    points: usize,
+    read: Option<Vec<String>>,
+}
+
+/// Chromium, if there is one.
+fn browser() -> Option<PathBuf> {
+    let given = env::var_os("CHROMIUM").map(PathBuf::from);
+    let directories: Vec<PathBuf> = env::split_paths(&env::var_os("PATH")?).collect();
+    let named = ["chromium", "chromium-browser", "google-chrome"].into_iter();
+    given.or_else(|| named.flat_map(|name| directories.iter().map(move |d| d.join(name))).find(|path| path.is_file()))
+}
+
+/// The page of a short mission, opened at its second event and used; none without a browser.
+static SEEN: LazyLock<Option<Seen>> = LazyLock::new(|| {
+    let Some(browser) = browser() else {
+        // Not by a macro, whose output the test harness would keep to itself.
+        let _ = writeln!(
+            std::io::stderr(),
+            "skipped: no browser to try the page in; install Chromium, or name one by CHROMIUM=PATH"
+        );
+        return None;
+    };
+    let desk = Desk::with_short();
+    desk.run("--scenario short.toml").success();
+    let page = desk.read("monitor-out/mission.html");
+    desk.write(
+        "used.html",
+        page.replace("</body>", &format!("<script>{}</script></body>", include_str!("browser.js"))),
+    );
+    let address = format!("file://{}#event=2", desk.path("used.html").display());
+    let output = Command::new(browser)
+        .args(["--headless", "--disable-gpu", "--no-sandbox", "--enable-logging=stderr", "--v=0", "--dump-dom"])
+        .arg(format!("--user-data-dir={}", desk.path("profile").display()))
+        .arg(address)
+        .timeout(Duration::from_secs(120))
+        .output()
+        .unwrap();
+    let document = String::from_utf8_lossy(&output.stdout);
+    let console: Vec<String> = String::from_utf8_lossy(&output.stderr)
+        .lines()
+        .filter(|line| line.contains("CONSOLE"))
+        .map(str::to_owned)
+        .collect();
+    let found = document.split("<pre id=\"seen\">").nth(1).and_then(|rest| rest.split("</pre>").next());
+    let found = found.unwrap_or_else(|| panic!("nothing came of it: {console:?}"));
+    let seen: Seen = serde_json::from_str(found).unwrap();
+    Some(Seen { console: console.join("\n"), trace: desk.read("monitor-out/trace.csv"), ..seen })
+});
+
+fn width([from, to]: [f64; 2]) -> f64 {
+    to - from
+}
+
+/// Views are told to the last bit, and pixels are not.
+fn close(found: [f64; 2], expected: [f64; 2]) -> bool {
+    found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 0.02)
+}
+
+#[test]
+fn the_page_opens_without_a_word_on_the_console_and_every_picture_is_there() {
+    let Some(seen) = &*SEEN else { return };
+    assert_eq!(seen.console, "");
+    assert!(seen.pictures.len() >= 19, "{}", seen.pictures.len());
+    for PictureSeen { alternative, width, drawn } in &seen.pictures {
+        assert!(*width >= 640.0 && *drawn && !alternative.is_empty(), "{alternative:?} is {width} wide");
+    }
+}
+
+#[test]
+fn a_link_to_an_event_and_the_events_button_show_where_it_was() {
+    let Some(seen) = &*SEEN else { return };
+    assert_eq!(seen.whole, [0.0, 30.0]);
+    let around = |view: [f64; 2], event: f64| view[0] < event && event < view[1] && width(view) < 3.0;
+    assert!(around(seen.linked, seen.events[1]), "{:?}", seen.linked);
+    assert!(around(seen.visited, seen.events[0]), "{:?}", seen.visited);
+    let told = seen.told.as_ref().unwrap();
+    assert_eq!(told[0], format!("{:.3} s", seen.events[0]));
+    assert!(told.last().unwrap().contains("alarm"), "{told:?}");
+}
+
+#[test]
+fn a_zoomed_curve_has_more_points_than_the_same_stretch_of_the_drawn_one() {
+    let Some(seen) = &*SEEN else { return };
+    let pixels = seen.visited.map(|t_s| 852.0 * t_s / 30.0);
+    let before = seen.drawn.iter().filter(|x| (pixels[0]..pixels[1]).contains(x)).count();
+    assert!(before > 10 && seen.zoomed > 10 * before, "{before} became {}", seen.zoomed);
+}
+
+#[test]
+fn the_cross_hair_reads_what_the_trace_has_and_is_hidden_otherwise() {
+    let Some(seen) = &*SEEN else { return };
+    let read = seen.hovered.as_ref().unwrap();
+    let instant = read[0].trim_end_matches(" s");
+    let row = seen.trace.lines().find(|row| row.split(',').nth(1).unwrap().starts_with(instant)).unwrap();
+    let traced: Vec<f64> = row.split(',').skip(2).take(4).map(|cell| cell.parse().unwrap()).collect();
+    let value = |of: &str, unit: &str| {
+        let value = read.iter().find_map(|text| text.strip_prefix(of)?.trim().strip_suffix(unit)).unwrap();
+        value.trim().parse::<f64>().unwrap()
+    };
+    let shown = [
+        value("speed set point", "rad/s"),
+        value("speed measured", "rad/s"),
+        value("current", "A"),
+        value("voltage", "V"),
+    ];
+    for (shown, traced) in shown.iter().zip(&traced) {
+        assert!((shown - traced).abs() <= 6e-4 * traced.abs(), "{read:?} of {row}");
+    }
+    let places: Vec<_> = seen.crosses.iter().map(|cross| cross.split(' ').next().unwrap()).collect();
+    assert!(places.len() == seen.pictures.len() && places.iter().all(|x| *x == "M511.2"), "{places:?}");
+    assert!(seen.stepped.as_ref().unwrap()[0] > read[0], "the keyboard moves it");
+    assert!(seen.left.is_none() && seen.escaped.is_none());
+}
+
+#[test]
+fn keys_the_mouse_and_fingers_change_the_view() {
+    let Some(seen) = &*SEEN else { return };
+    assert!((width(seen.nearer) - width(seen.visited) / 2.0).abs() < 1e-9, "{:?}", seen.nearer);
+    assert!(seen.further[0] > seen.nearer[0] && (width(seen.further) - width(seen.nearer)).abs() < 1e-9);
+    assert!(close(seen.dragged, [7.5, 15.0]), "{:?}", seen.dragged);
+    // What was under the fingers at 0.4 and 0.6 of 30 s is under them at 0.2 and 0.8: 6 s are as wide as 0.6 of the picture.
+    assert!(close(seen.pinched, [10.0, 20.0]), "{:?}", seen.pinched);
+    assert!(close(seen.panned, [9.0, 19.0]), "{:?}", seen.panned);
+}
+
+#[test]
+fn on_paper_the_page_stands_as_it_was_drawn() {
+    let Some(seen) = &*SEEN else { return };
+    assert_eq!((seen.printed.view, seen.printed.points), ([0.0, 30.0], seen.drawn.len()));
+    assert!(seen.printed.read.is_none());
+}
