@@ -1,9 +1,10 @@
 //! The page of a mission: what is injected and what is measured; each mode adds what it makes of it.
 
-use crate::chart::{Band, Series, TimeAxis, TimeChart, time_chart};
+use crate::chart::{Band, BarGroup, LogicRow, Series, TimeAxis, TimeChart, bar_chart, in_seconds, time_chart};
 use crate::envelope::Envelope;
-use crate::page::{Block, Section};
-use crate::record::Signals;
+use crate::names::ChannelNames;
+use crate::page::Block;
+use crate::record::{Phases, Signals};
 use crate::scenario::Scenario;
 
 pub mod guard;
@@ -15,9 +16,8 @@ const CHANNELS: [(&str, &str); 3] = [("speed", "rad/s"), ("current", "A"), ("vol
 /// More events than this are counted, not listed.
 const LISTED_EVENTS: usize = 200;
 
-fn section(heading: &str, blocks: Vec<Block>) -> Section {
-    Section { heading: heading.to_owned(), blocks }
-}
+/// More alarms than this have no room in one picture of contributions.
+const PICTURED_ALARMS: usize = 8;
 
 fn axis(scenario: &Scenario) -> TimeAxis {
     let bands = scenario.faults.iter().map(|f| Band { from: f.start_s, to: f.end_s, label: f.id.clone() }).collect();
@@ -57,4 +57,26 @@ fn signals(scenario: &Scenario, signals: &Signals) -> Block {
         pictures.push(time_chart(&chart, &axis(scenario)));
     }
     Block::Figure { caption: "What the monitor is given: the three measured channels.".to_owned(), pictures }
+}
+
+/// Share of each channel in the first alarms, which began at these instants, s; none without an alarm.
+pub(crate) fn contributions(alarms: impl Iterator<Item = (f64, [f64; 3])>, names: &ChannelNames) -> Option<Block> {
+    let group = |(start_s, shares): (f64, [f64; 3])| BarGroup {
+        name: format!("{start_s:.2} s"),
+        values: shares.map(|share| 100.0 * share).to_vec(),
+    };
+    let groups: Vec<BarGroup> = alarms.take(PICTURED_ALARMS).map(group).collect();
+    let picture = bar_chart(&groups, &names.0, "contribution", None);
+    let caption = "Share of each channel in the first alarms, by their beginning.".to_owned();
+    (!groups.is_empty()).then(|| Block::Figure { caption, pictures: vec![picture] })
+}
+
+/// When the monitor was in each phase, one row each.
+fn phases(phases: &Phases, rate_hz: f64) -> Vec<LogicRow> {
+    let row = |(phase, stood): (&str, Vec<_>)| LogicRow {
+        name: phase.to_owned(),
+        colour: 3,
+        intervals: in_seconds(&stood, rate_hz),
+    };
+    phases.all().map(row).collect()
 }

@@ -93,6 +93,14 @@ th button{font:inherit;color:var(--link);background:none;border:0;padding:0;curs
 @media print{body{max-width:none;padding:0;font-size:11pt}nav,details,.keys,.read{display:none}figure,table{break-inside:avoid}.scroll{overflow:visible}.pictures>svg{min-width:0}}
 "#;
 
+impl Section {
+    /// A section.
+    #[must_use]
+    pub fn new(heading: &str, blocks: Vec<Block>) -> Self {
+        Section { heading: heading.to_owned(), blocks }
+    }
+}
+
 impl Page {
     /// The page as HTML.
     #[must_use]

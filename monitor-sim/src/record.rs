@@ -1,6 +1,7 @@
 //! What a mission and a replay keep of a run: decimated signals for the pictures, intervals for the tables.
 
 use crate::envelope::Envelope;
+use crate::intervals::{Interval, Intervals};
 
 pub mod guard;
 pub mod paper;
@@ -47,6 +48,27 @@ impl Signals {
     }
 }
 
+/// When a run was in each of its phases.
+#[derive(Clone, Debug, Default)]
+pub struct Phases(Vec<(&'static str, Intervals)>);
+
+impl Phases {
+    /// Takes the phase of sample `index`, in words.
+    pub fn push(&mut self, index: u64, phase: &'static str) {
+        if !self.0.iter().any(|(known, _)| *known == phase) {
+            self.0.push((phase, Intervals::default()));
+        }
+        for (known, stood) in &mut self.0 {
+            stood.push(index, *known == phase);
+        }
+    }
+
+    /// The phases there were, in the order in which they came.
+    pub fn all(&self) -> impl Iterator<Item = (&'static str, Vec<Interval>)> + '_ {
+        self.0.iter().map(|(phase, stood)| (*phase, stood.all()))
+    }
+}
+
 /// How many samples a run spent in each phase.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct PhaseCounts {
@@ -56,4 +78,21 @@ pub struct PhaseCounts {
     pub learning: u64,
     /// Judged.
     pub monitoring: u64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_phase_is_where_it_was_in_the_order_in_which_they_came() {
+        let mut phases = Phases::default();
+        for (index, phase) in (5..).zip(["settling", "settling", "learning", "monitoring", "settling"]) {
+            phases.push(index, phase);
+        }
+        let at = |start, end| Interval { start, end };
+        let expected =
+            [("settling", vec![at(5, 7), at(9, 10)]), ("learning", vec![at(7, 8)]), ("monitoring", vec![at(8, 9)])];
+        assert_eq!(phases.all().collect::<Vec<_>>(), expected);
+    }
 }

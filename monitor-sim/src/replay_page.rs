@@ -2,7 +2,7 @@
 
 use crate::chart::{Band, Picture, Series, TimeAxis, TimeChart, time_chart};
 use crate::envelope::Envelope;
-use crate::page::{Block, Section};
+use crate::page::Block;
 use crate::record::Signals;
 use crate::replay::Source;
 
@@ -11,10 +11,6 @@ pub mod paper;
 
 /// More alarms than this are counted, not listed; the JSON document has them all.
 const LISTED_ALARMS: usize = 200;
-
-fn section(heading: &str, blocks: Vec<Block>) -> Section {
-    Section { heading: heading.to_owned(), blocks }
-}
 
 fn figure(caption: &str, pictures: Vec<Picture>) -> Block {
     Block::Figure { caption: caption.to_owned(), pictures }

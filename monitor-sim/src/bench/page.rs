@@ -25,18 +25,14 @@ pub fn page(report: &BenchReport) -> String {
     };
     let settings = serde_json::to_string_pretty(&about.settings).unwrap_or_default();
     let sections = vec![
-        section("Score", score),
-        section("Details", tables.collect()),
-        section("Runs over time", timelines),
-        section("Configuration", vec![Block::Verbatim { caption: "Monitor".to_owned(), text: settings }]),
+        Section::new("Score", score),
+        Section::new("Details", tables.collect()),
+        Section::new("Runs over time", timelines),
+        Section::new("Configuration", vec![Block::Verbatim { caption: "Monitor".to_owned(), text: settings }]),
     ];
     let title = format!("Thruster fault monitor: {}", about.title);
     let footer = format!("monitor-sim {}, benchmark {}, {} runs.", about.version, about.benchmark, about.runs);
     Page { title, summary: report.summary(), sections, footer }.to_html()
-}
-
-fn section(heading: &str, blocks: Vec<Block>) -> Section {
-    Section { heading: heading.to_owned(), blocks }
 }
 
 fn row(name: &str, colour: usize, intervals: Vec<(f64, f64)>) -> LogicRow {

@@ -8,7 +8,7 @@ use crate::page::escaped;
 /// Size of a picture's coordinate system, which is scaled to the page, and where the plot lies in it: at the same place in
 /// every picture, so that those over time stand exactly under each other.
 const WIDTH: f64 = 1000.0;
-const LEFT: f64 = 130.0;
+const LEFT: f64 = 150.0;
 const RIGHT: f64 = 18.0;
 const TOP: f64 = 24.0;
 pub(super) const PLOT_WIDTH: f64 = WIDTH - LEFT - RIGHT;
@@ -87,7 +87,15 @@ impl Drawing {
 
     /// A name before the plot, at the height `y` in it.
     pub(super) fn name_before(&mut self, y: f64, name: &str) {
-        self.text("end", LEFT - 10.0, TOP + y + BASE, name);
+        let room = LEFT - 10.0;
+        // A long name is narrowed to the room there is.
+        let narrowed = if name.chars().count() > 18 {
+            format!(" textLength=\"{room}\" lengthAdjust=\"spacingAndGlyphs\"")
+        } else {
+            String::new()
+        };
+        let (y, name) = (px(TOP + y + BASE), escaped(name));
+        let _ = writeln!(self.around, "<text class=\"end\" x=\"{room}\" y=\"{y}\"{narrowed}>{name}</text>");
     }
 
     /// A name above the plot, for what reaches from `from` to `to` in it; the element gets these `attributes`.

@@ -57,8 +57,8 @@ fn a_chart_says_what_its_script_needs_to_draw_it_anew() {
 fn curves_are_drawn_between_pixels_where_the_samples_lie() {
     let mut signal = Envelope::default();
     (0..=140).for_each(|k| signal.push(f64::from(k), f64::from(k % 2)));
-    // 852 pixels hold 140 s: six and a fraction each.
-    assert!(curve(&time_chart(&chart(false, &signal), &axis()).svg).starts_with("M0 198.5L6.1 9.5L12.2 198.5"));
+    // 832 pixels hold 140 s: six each, and not quite.
+    assert!(curve(&time_chart(&chart(false, &signal), &axis()).svg).starts_with("M0 198.5L5.9 9.5L11.9 198.5"));
 }
 
 #[test]

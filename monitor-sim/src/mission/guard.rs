@@ -14,6 +14,7 @@ use crate::names::{ChannelNames, explain_guard_config};
 use crate::output::OutputDir;
 use crate::plant::PlantSample;
 use crate::record::guard::Recording;
+use crate::replay::guard::{Alarm, AlarmBuilder};
 use crate::scenario::Scenario;
 use crate::score::Truth;
 use crate::score::guard::{Flown, Score, Seen};
@@ -38,6 +39,8 @@ pub struct Flight {
     pub limits: [f32; SCALES],
     /// Signals and intervals.
     pub recording: Recording,
+    /// Its alarms, with the share of each channel.
+    pub alarms: Vec<Alarm>,
     /// The tables.
     pub score: Score,
 }
@@ -67,6 +70,7 @@ pub fn fly(
     let mut guardian = guardian(scenario, config)?;
     let mut recording = Recording::new(scenario.rate_hz());
     let mut witness = Witness::new(scenario);
+    let mut alarms = AlarmBuilder::new(scenario.rate_hz(), ChannelNames::motor());
     let samples = feed(scenario, seed, tick, |index, measured| {
         let said = give(&mut guardian, measured);
         if let Some(Err(error)) = said.learned {
@@ -75,6 +79,7 @@ pub fn fly(
         witness.push(index, measured, &said);
         let x = measured.channels();
         recording.push(index, measured.set_point, x, &said);
+        alarms.push(index, &said, || guardian.contributions(x.map(|x| x as f32)));
         if let Some(trace) = &mut trace {
             let set_point = Some(measured.set_point);
             trace.write(TraceRow { row: index, t_s: measured.t_s, set_point, x, said: &said })?;
@@ -91,6 +96,7 @@ pub fn fly(
         quality: *guard.quality(),
         limits: guard.limits().unwrap_or([f32::NAN; SCALES]),
         score: witness.score(&recording, samples),
+        alarms: alarms.finish(),
         recording,
     })
 }

@@ -15,6 +15,7 @@ use crate::names::{self, ByModel, ChannelNames, explain_config};
 use crate::output::OutputDir;
 use crate::plant::PlantSample;
 use crate::record::paper::{LogicalOutputs, Recording};
+use crate::replay::paper::{Alarm, AlarmBuilder};
 use crate::scenario::Scenario;
 use crate::score::{FaultScore, Method, Score, score};
 use crate::settings::PaperSettings;
@@ -32,6 +33,8 @@ pub struct Flight {
     pub baseline: Baseline,
     /// Signals and intervals.
     pub recording: Recording,
+    /// Its alarms, with the share of each channel.
+    pub alarms: Vec<Alarm>,
     /// The tables.
     pub score: Score,
     /// Everything that happened.
@@ -55,6 +58,7 @@ pub fn fly(
     let mut events = Vec::new();
     let mut recording = Recording::new(rate_hz);
     let mut baseline = None;
+    let mut alarms = AlarmBuilder::new(rate_hz, monitor.thresholds());
     let samples = feed(scenario, seed, tick, |index, measured| {
         let verdict = *give(&mut monitor, measured);
         log.observe(&verdict);
@@ -67,6 +71,7 @@ pub fn fly(
         }
         let x = measured.channels();
         recording.push(index, measured.set_point, x, &verdict);
+        alarms.push(index, &verdict, || monitor.contributions(x.map(|x| x as f32)));
         if let Some(trace) = &mut trace {
             let set_point = Some(measured.set_point);
             trace.write(TraceRow { row: index, t_s: measured.t_s, set_point, x, said: &verdict })?;
@@ -78,6 +83,7 @@ pub fn fly(
         scenario: scenario.clone(),
         baseline: baseline.ok_or(MissionError::NeverLearned)?,
         recording,
+        alarms: alarms.finish(),
         score,
         events,
     })

@@ -1,13 +1,16 @@
 //! The page of a mission in `guard` mode: distances over their limits, alarms and names, under what is injected and measured.
 
-use super::{LISTED_EVENTS, axis, scenario_figure, section, signals};
+use std::iter;
+
+use super::{LISTED_EVENTS, axis, contributions, phases, scenario_figure, signals};
 use crate::chart::{LogicRow, Picture, Series, TimeAxis, TimeChart, in_seconds, logic_chart, time_chart};
 use crate::guardian::SCALE_NAMES;
 use crate::intervals::Interval;
 use crate::mission::Faults;
 use crate::mission::guard::{Flight, Flights, GuardReport, Mission};
+use crate::names::ChannelNames;
 use crate::names::name::Name;
-use crate::page::{Block, Page};
+use crate::page::{Block, Page, Section};
 use crate::record::guard::Recording;
 use crate::tables::{self, TextTable};
 
@@ -30,22 +33,26 @@ pub fn page(mission: &Mission, flights: &Flights, report: &GuardReport) -> Strin
     );
     let tables = tables::guard::of_mission(report).into_iter().map(TextTable::into_block).collect();
     let Flights { tables: flown, ramps, speed_dependent, .. } = flights;
-    let shown = |flight: &Flight| watched(&flight.recording, report.rate_hz, &axis(&flight.scenario));
+    let shown = |flight: &Flight| {
+        let figure = watched(&flight.recording, report.rate_hz, &axis(&flight.scenario));
+        let shares = flight.alarms.iter().filter_map(|alarm| Some((alarm.start_s, alarm.contributions?)));
+        iter::once(figure).chain(contributions(shares, &ChannelNames::motor())).collect()
+    };
     let configuration = toml::to_string(&flown.scenario).unwrap_or_default();
     let settings = toml::to_string(&report.settings).unwrap_or_default();
     let events = tables::guard::events(flown, LISTED_EVENTS).into_block();
     let sections = vec![
-        section("Tables", tables),
-        section(
+        Section::new("Tables", tables),
+        Section::new(
             "What is injected and measured",
             vec![scenario_figure(&flown.scenario), signals(&flown.scenario, &flown.recording.signals)],
         ),
-        section("Distances, alarms and names", vec![shown(flown)]),
-        section("Growing faults", vec![shown(ramps)]),
-        section("A load that grows with speed", vec![shown(speed_dependent)]),
-        section("What was learned", vec![tables::guard::quality(&report.quality).into_block()]),
-        section("Events", vec![events]),
-        section(
+        Section::new("Distances, alarms and names", shown(flown)),
+        Section::new("Growing faults", shown(ramps)),
+        Section::new("A load that grows with speed", shown(speed_dependent)),
+        Section::new("What was learned", vec![tables::guard::quality(&report.quality).into_block()]),
+        Section::new("Events", vec![events]),
+        Section::new(
             "Configuration",
             vec![
                 Block::Verbatim { caption: "Scenario".to_owned(), text: configuration },
@@ -62,8 +69,8 @@ pub fn page(mission: &Mission, flights: &Flights, report: &GuardReport) -> Strin
 fn watched(recording: &Recording, rate_hz: f64, axis: &TimeAxis) -> Block {
     let mut pictures = severities(recording, axis);
     pictures.push(timeline(recording, rate_hz, &PAPERS, axis));
-    let caption = "The distance of each time scale from healthy, over its limit; under it the alarm, the loop's recovery, and \
-                   the names that stood.";
+    let caption = "The distance of each time scale from healthy, over its limit; under it the monitor's phases, the alarm, \
+                   the loop's recovery, and the names that stood.";
     Block::Figure { caption: caption.to_owned(), pictures }
 }
 
@@ -86,7 +93,7 @@ pub fn severities(recording: &Recording, axis: &TimeAxis) -> Vec<Picture> {
     pictures
 }
 
-/// Where an alarm stood, where the loop recovered, and where each name stood; some have a row even if they never did.
+/// When the monitor was in each phase, where an alarm stood, where the loop recovered, and where each name stood; some have a row even if they never did.
 #[must_use]
 pub fn timeline(recording: &Recording, rate_hz: f64, always: &[Name], axis: &TimeAxis) -> Picture {
     let outputs = &recording.outputs;
@@ -95,7 +102,8 @@ pub fn timeline(recording: &Recording, rate_hz: f64, always: &[Name], axis: &Tim
         colour,
         intervals: in_seconds(stood, rate_hz),
     };
-    let mut rows = vec![row("alarm", 0, &outputs.alarm.all()), row("recovering", 2, &outputs.recovering.all())];
+    let mut rows = phases(&recording.phases, rate_hz);
+    rows.extend([row("alarm", 0, &outputs.alarm.all()), row("recovering", 2, &outputs.recovering.all())]);
     for name in Name::ALL {
         let stood = outputs.of(name);
         if !stood.is_empty() || always.contains(&name) {

@@ -1,8 +1,10 @@
 //! The page of a mission in `paper` mode: the counterparts of the paper's figures 1, 5, 6, 7, 8, 10 and 11, and its tables.
 
+use std::iter;
+
 use monitor_core::sample::ModelId;
 
-use super::{LISTED_EVENTS, axis, scenario_figure, section, signals};
+use super::{LISTED_EVENTS, axis, contributions, phases, scenario_figure, signals};
 use crate::chart::{
     BarGroup, LogicRow, Picture, Series, TimeAxis, TimeChart, bar_chart, in_seconds, logic_chart, time_chart,
 };
@@ -10,7 +12,7 @@ use crate::intervals::Intervals;
 use crate::mission::Faults;
 use crate::mission::paper::{Flight, Flights, Mission, MissionReport};
 use crate::names::{ByModel, ChannelNames};
-use crate::page::{Block, Page};
+use crate::page::{Block, Page, Section};
 use crate::record::paper::Recording;
 use crate::score::Method;
 use crate::tables::{self, TextTable};
@@ -32,15 +34,17 @@ pub fn page(mission: &Mission, flights: &Flights, report: &MissionReport) -> Str
         report.mode,
     );
     let configuration = toml::to_string(&flights.tables.scenario).unwrap_or_default();
+    let shares = flights.tables.alarms.iter().map(|alarm| (alarm.start_s, alarm.contributions));
+    let shares = contributions(shares, &names);
     let thresholds = mission.settings.to_toml().unwrap_or_default();
     let sections = vec![
-        section("Tables", tables_of(report)),
-        section("Scenario (figure 1)", vec![scenario_figure(&flights.tables.scenario), signals(&flights.tables.scenario, &flights.tables.recording.signals)]),
-        section("Principal components (figures 5 and 8)", vec![components(&report.explained, &names)]),
-        section("PCA: residual and detection (figures 6 and 7)", vec![full_model(&flights.tables, report)]),
-        section("PPCA: residuals and localization (figures 10 and 11)", vec![pairs(&flights.tables, report, &names)]),
-        section("Growing faults (the second figure 11)", vec![growing(&flights.ramps, report, &names)]),
-        section(
+        Section::new("Tables", tables_of(report)),
+        Section::new("Scenario (figure 1)", vec![scenario_figure(&flights.tables.scenario), signals(&flights.tables.scenario, &flights.tables.recording.signals)]),
+        Section::new("Principal components (figures 5 and 8)", vec![components(&report.explained, &names)]),
+        Section::new("PCA: residual and detection (figures 6 and 7)", vec![full_model(&flights.tables, report)]),
+        Section::new("PPCA: residuals and localization (figures 10 and 11)", iter::once(pairs(&flights.tables, report, &names)).chain(shares).collect()),
+        Section::new("Growing faults (the second figure 11)", vec![growing(&flights.ramps, report, &names)]),
+        Section::new(
             "A load that grows with speed",
             vec![
                 Block::Paragraph(
@@ -52,8 +56,8 @@ pub fn page(mission: &Mission, flights: &Flights, report: &MissionReport) -> Str
                 pairs(&flights.speed_dependent, report, &names),
             ],
         ),
-        section("Events", vec![tables::events(&flights.tables.events, report.rate_hz, LISTED_EVENTS).into_block()]),
-        section(
+        Section::new("Events", vec![tables::events(&flights.tables.events, report.rate_hz, LISTED_EVENTS).into_block()]),
+        Section::new(
             "Configuration",
             vec![
                 Block::Verbatim { caption: "Scenario".to_owned(), text: configuration },
@@ -106,7 +110,7 @@ fn full_model(flight: &Flight, report: &MissionReport) -> Block {
 fn pairs(flight: &Flight, report: &MissionReport, names: &ChannelNames) -> Block {
     let axis = axis(&flight.scenario);
     let pictures = pair_pictures(&flight.recording, &report.limits, names, report.rate_hz, &axis);
-    let caption = "The residuals of the three pairs with their thresholds; under them the relays r1 to r3 and what (1.8) makes of them.";
+    let caption = "The residuals of the three pairs with their thresholds; under them the monitor's phases, the relays r1 to r3, and what (1.8) makes of them.";
     Block::Figure { caption: caption.to_owned(), pictures }
 }
 
@@ -150,7 +154,7 @@ pub fn pair_pictures(
     };
     let relays = named.iter().map(|(model, name)| row(name.clone(), 0, recording.outputs.relays.get(*model)));
     let diagnoses = recording.outputs.diagnoses.iter().map(|(id, stood)| row(names.located(id), 1, stood));
-    let rows: Vec<LogicRow> = relays.chain(diagnoses).collect();
+    let rows: Vec<LogicRow> = phases(&recording.phases, rate_hz).into_iter().chain(relays).chain(diagnoses).collect();
     pictures.push(logic_chart(&rows, axis));
     pictures
 }

@@ -3,7 +3,7 @@
 use monitor_core::guard::{Phase, SCALES};
 use serde::Serialize;
 
-use super::{PhaseCounts, Signals};
+use super::{PhaseCounts, Phases, Signals};
 use crate::envelope::Envelope;
 use crate::guardian::Said;
 use crate::intervals::{Interval, Intervals};
@@ -18,6 +18,8 @@ pub struct Recording {
     pub severity: [Envelope; SCALES],
     /// Alarm, recovery and names.
     pub outputs: Outputs,
+    /// When it was in each phase.
+    pub phases: Phases,
     /// Samples spent in each phase.
     pub coverage: Coverage,
     /// Samples that were not judged.
@@ -75,6 +77,7 @@ impl Recording {
             signals: Signals::new(rate_hz),
             severity: core::array::from_fn(|_| Envelope::default()),
             outputs: Outputs::default(),
+            phases: Phases::default(),
             coverage: Coverage::default(),
             rejected: 0,
         }
@@ -92,12 +95,15 @@ impl Recording {
             self.signals.mark();
             self.severity.iter_mut().for_each(Envelope::mark);
         }
-        match said.verdict.phase() {
-            Phase::Settling => self.coverage.phases.settling += 1,
-            Phase::Seeding | Phase::Learning | Phase::ModelDue => self.coverage.phases.learning += 1,
-            Phase::Monitoring => self.coverage.phases.monitoring += 1,
-            Phase::Withheld => self.coverage.withheld += 1,
-        }
+        let Coverage { phases, withheld } = &mut self.coverage;
+        let (phase, samples) = match said.verdict.phase() {
+            Phase::Settling => ("settling", &mut phases.settling),
+            Phase::Seeding | Phase::Learning | Phase::ModelDue => ("learning", &mut phases.learning),
+            Phase::Monitoring => ("monitoring", &mut phases.monitoring),
+            Phase::Withheld => ("withheld", withheld),
+        };
+        *samples += 1;
+        self.phases.push(index, phase);
         self.rejected += u64::from(said.verdict.rejected());
     }
 }

@@ -4,7 +4,7 @@ use monitor_core::paper::localize::Fault;
 use monitor_core::paper::{Phase, Verdict};
 use monitor_core::sample::{Bank, ModelId};
 
-use super::{PhaseCounts, Signals};
+use super::{PhaseCounts, Phases, Signals};
 use crate::envelope::Envelope;
 use crate::intervals::Intervals;
 use crate::names::{ByModel, diagnosis_id, fault_id};
@@ -19,8 +19,10 @@ pub struct Recording {
     pub residuals: ByModel<Envelope>,
     /// Relays and diagnoses.
     pub outputs: LogicalOutputs,
+    /// When it was in each phase.
+    pub phases: Phases,
     /// Samples spent in each phase.
-    pub phases: PhaseCounts,
+    pub coverage: PhaseCounts,
     /// Samples turned away because they were not finite.
     pub rejected: u64,
 }
@@ -77,7 +79,8 @@ impl Recording {
             signals: Signals::new(rate_hz),
             residuals: ByModel::from_fn(|_| Envelope::default()),
             outputs: LogicalOutputs::default(),
-            phases: PhaseCounts::default(),
+            phases: Phases::default(),
+            coverage: PhaseCounts::default(),
             rejected: 0,
         }
     }
@@ -94,11 +97,13 @@ impl Recording {
             self.signals.mark();
             ModelId::ALL.iter().for_each(|model| self.residuals.get_mut(*model).mark());
         }
-        match verdict.phase() {
-            Phase::Settling(_) => self.phases.settling += 1,
-            Phase::Learning | Phase::ModelDue => self.phases.learning += 1,
-            Phase::Monitoring => self.phases.monitoring += 1,
-        }
+        let (phase, samples) = match verdict.phase() {
+            Phase::Settling(_) => ("settling", &mut self.coverage.settling),
+            Phase::Learning | Phase::ModelDue => ("learning", &mut self.coverage.learning),
+            Phase::Monitoring => ("monitoring", &mut self.coverage.monitoring),
+        };
+        *samples += 1;
+        self.phases.push(index, phase);
         self.rejected += u64::from(verdict.rejected().is_some());
     }
 }

@@ -164,7 +164,7 @@ impl Replay {
             learned: start.learned.clone(),
             cutoff_hz: self.cutoff(),
             limits: start.thresholds,
-            coverage: judged.recording.phases,
+            coverage: judged.recording.coverage,
             refused: judged.refused,
             exit: u8::from(!judged.alarms.is_empty()),
             alarms: judged.alarms,
@@ -234,6 +234,7 @@ impl Replay {
     ) -> Result<Judged, ReplayError> {
         let mut log = self.source.open()?;
         let mut judged = Judged::new(self.source.rate_hz);
+        let learned = start.learned.start_row.zip(start.learned.end_row).map_or(0..0, |(start, end)| start..end);
         let mut alarms = AlarmBuilder::new(self.source.rate_hz, monitor.thresholds());
         while let Some(reading) = next_reading(&mut log, injections)? {
             let Reading { row, set_point, x } = reading;
@@ -241,6 +242,9 @@ impl Replay {
             // A last row without a line end may be cut inside its last number; one wrong value would raise an alarm.
             if row < start.row || log.ends_without_newline() {
                 judged.recording.signals.push(row, set_point, x);
+                if learned.contains(&row) {
+                    judged.recording.phases.push(row, "learning");
+                }
             } else {
                 let verdict = *monitor.step_channels(set_point as f32, reading.channels());
                 if verdict.phase() == Phase::ModelDue
@@ -266,7 +270,7 @@ impl Replay {
             }
         }
         judged.alarms = alarms.finish();
-        judged.notes = notes(&log, judged.recording.signals.samples, judged.recording.phases.monitoring);
+        judged.notes = notes(&log, judged.recording.signals.samples, judged.recording.coverage.monitoring);
         judged.trace = trace.map(TraceWriter::finish).transpose()?;
         Ok(judged)
     }

@@ -1,8 +1,11 @@
 //! The page of a replay in `guard` mode: what was found and learned, the channels, the distances.
 
-use super::{LISTED_ALARMS, axis, channels, figure, section};
+use std::iter;
+
+use super::{LISTED_ALARMS, axis, channels, figure};
+use crate::mission_page::contributions;
 use crate::mission_page::guard::{severities, timeline};
-use crate::page::{Block, Page};
+use crate::page::{Block, Page, Section};
 use crate::replay::guard::{Replay, Replayed};
 use crate::tables::guard as tables;
 
@@ -24,20 +27,26 @@ pub fn page(replay: &Replay, replayed: &Replayed) -> String {
     let channels = channels(&replay.source, &recording.signals, &axis);
     let mut watched = severities(recording, &axis);
     watched.push(timeline(recording, report.rate_hz, &[], &axis));
+    let shares = report.alarms.iter().filter_map(|alarm| Some((alarm.start_s, alarm.contributions?)));
+    let listed = tables::alarms(&report.alarms, names, LISTED_ALARMS).into_block();
+    let alarms = iter::once(listed).chain(contributions(shares, names)).collect();
     let settings = toml::to_string(&report.settings).unwrap_or_default();
     let sections = vec![
-        section("Alarms", vec![tables::alarms(&report.alarms, names, LISTED_ALARMS).into_block()]),
-        section("Learned", learned),
-        section("Channels", vec![figure("The recorded channels, with the faults that were added to them.", channels)]),
-        section(
+        Section::new("Alarms", alarms),
+        Section::new("Learned", learned),
+        Section::new(
+            "Channels",
+            vec![figure("The recorded channels, with the faults that were added to them.", channels)],
+        ),
+        Section::new(
             "Distances, alarms and names",
             vec![figure(
-                "The distance of each time scale from healthy, over its limit; under it the alarm, the loop's recovery, and \
-                 the names that stood.",
+                "The distance of each time scale from healthy, over its limit; under it the monitor's phases, the alarm, \
+                 the loop's recovery, and the names that stood.",
                 watched,
             )],
         ),
-        section("Configuration", vec![Block::Verbatim { caption: "Monitor".to_owned(), text: settings }]),
+        Section::new("Configuration", vec![Block::Verbatim { caption: "Monitor".to_owned(), text: settings }]),
     ];
     let title = format!("Thruster fault monitor: replay of {}", report.log.display());
     let footer = format!(

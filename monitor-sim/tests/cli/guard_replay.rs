@@ -56,7 +56,14 @@ fn page_trace_and_tables_go_where_they_are_sent() {
         assert!(text.contains(part), "{part}\n{text}");
     }
     let page = desk.read("results/replay.html");
-    assert!(page.matches("<svg").count() >= 7 && !page.contains("://"));
+    assert!(page.matches("role=\"img\"").count() >= 9 && !page.contains("://"));
+    for told in [
+        "data-name=\"learning\" data-spans=\"5 25\"",
+        "data-name=\"monitoring\" data-spans=\"25 60\"",
+        "%. 35.00 s: speed ",
+    ] {
+        assert!(page.contains(told), "{told}");
+    }
     let mut trace = csv::Reader::from_path(desk.path("results/replay.csv")).unwrap();
     let located = trace.headers().unwrap().iter().position(|name| name == "located").unwrap();
     let rows: Vec<_> = trace.records().map(Result::unwrap).collect();

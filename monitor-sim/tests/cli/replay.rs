@@ -151,7 +151,14 @@ fn the_page_stands_alone_and_the_trace_has_a_row_for_each_row_judged() {
     for outside in ["://", "<script ", "src=", "@import", "<link"] {
         assert!(!page.contains(outside), "{outside}");
     }
-    assert!(page.matches("<svg").count() >= 4);
+    assert!(page.matches("role=\"img\"").count() >= 10);
+    for told in [
+        "data-name=\"learning\" data-spans=\"5 25\"",
+        "data-name=\"monitoring\" data-spans=\"25 60\"",
+        "%. 35.00 s: speed ",
+    ] {
+        assert!(page.contains(told), "{told}");
+    }
     let mut trace = csv::Reader::from_path(desk.path("results/replay.csv")).unwrap();
     let header = trace.headers().unwrap().clone();
     let rows: Vec<_> = trace.records().map(Result::unwrap).collect();

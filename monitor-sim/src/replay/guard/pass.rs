@@ -183,6 +183,7 @@ impl Pass {
 
     fn learn(&mut self, reading: &Reading) -> Result<(), ReplayError> {
         let State::Learning(from) = self.state else { return Ok(()) };
+        self.recording.phases.push(reading.row, "learning");
         // A set point that is no number is a row without a sample, as one of a channel is.
         let set_point = if reading.set_point.is_finite() { reading.set_point } else { from };
         let x = if reading.set_point.is_finite() { reading.channels() } else { [f32::NAN; 3] };
