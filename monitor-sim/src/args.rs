@@ -57,7 +57,7 @@ least; the others are judged nevertheless).";
 const TUNE_EXAMPLES: &str = "\
 Examples:
   monitor-sim tune                                      thresholds for the default motor, printed
-  monitor-sim tune --scenario my.toml --out my-limits.toml
+  monitor-sim tune --scenario my.toml --out my-limits.toml --page tune.html
   monitor-sim --scenario my.toml --mode paper --limits my-limits.toml
   monitor-sim tune --runs 64 --margin 2 --json | jq .sweep
 
@@ -263,6 +263,9 @@ pub(crate) struct TuneArgs {
     /// Write the thresholds to this file, for --limits; print them if none
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
+    /// Write a page to this file, with the trade-off as a picture
+    #[arg(long, value_name = "FILE")]
+    pub(crate) page: Option<PathBuf>,
     /// Print one JSON document instead of tables
     #[arg(long)]
     pub(crate) json: bool,

@@ -7,6 +7,7 @@
 mod bars;
 mod codes;
 mod drawing;
+mod points;
 mod scale;
 mod time;
 
@@ -14,6 +15,7 @@ use crate::envelope::Envelope;
 use crate::intervals::Interval;
 
 pub use bars::bar_chart;
+pub use points::{Axis, Line, Range, line_chart, range_chart};
 pub use time::{logic_chart, time_chart};
 
 /// Colours of series.
@@ -28,7 +30,7 @@ pub const STYLE: &str = r##"
 svg text{font-size:14px;fill:var(--ink)}.mid{text-anchor:middle}.end{text-anchor:end}
 .field{fill:transparent}.axis{fill:none;stroke:var(--ink)}.grid{fill:none;stroke:var(--grid)}
 .s0{color:var(--s0)}.s1{color:var(--s1)}.s2{color:var(--s2)}.s3{color:var(--s3)}
-.curve{fill:none;stroke:currentColor;stroke-linejoin:bevel}.solid{fill:currentColor}
+.half{opacity:.45}.curve{fill:none;stroke:currentColor;stroke-linejoin:bevel}.solid{fill:currentColor}
 .band{fill:var(--band);fill-opacity:.18}.limit{fill:none;stroke:var(--limit);stroke-width:2;stroke-dasharray:9 5}
 "##;
 

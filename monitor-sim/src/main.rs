@@ -10,7 +10,7 @@ mod study_command;
 mod watch_command;
 
 use std::io::{IsTerminal, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use args::{Cli, Command, TuneArgs};
@@ -20,6 +20,7 @@ use monitor_sim::output::{self, PendingFile};
 use monitor_sim::scenario::Scenario;
 use monitor_sim::settings::PaperSettings;
 use monitor_sim::tune::Tune;
+use monitor_sim::tune::page::page;
 
 type Failure = Box<dyn std::error::Error>;
 
@@ -71,22 +72,38 @@ fn tune(args: &TuneArgs) -> Result<ExitCode, Failure> {
         margin: args.margin,
         borderline_size: args.borderline,
     };
-    if let (Some(scenario), Some(out)) = (&args.scenario, &args.out) {
-        output::spares(scenario, out)?;
-    }
-    let file = args.out.as_deref().map(PendingFile::create).transpose()?;
+    different(&[("--scenario", &args.scenario), ("--out", &args.out), ("--page", &args.page)])?;
+    let file = pending("--out", args.out.as_deref())?;
+    let page_file = pending("--page", args.page.as_deref())?;
     let bar = progress(Some(tune.samples()), "samples");
     let report = tune.run(|samples| bar.inc(samples))?;
     bar.finish_and_clear();
     let settings = report.settings.to_toml()?;
-    let written = match file {
-        Some(mut file) => {
-            file.write_all(settings.as_bytes()).map_err(|source| file.failed(source))?;
-            Some(file.finish()?)
+    let written = file.map(|file| file.finish_with(&settings)).transpose()?;
+    let pictured = page_file.map(|file| file.finish_with(&page(&tune, &report))).transpose()?;
+    let shown = || print::tune(&tune, &report, &settings, written.as_deref(), pictured.as_deref());
+    print_all(&if args.json { json(&report)? } else { shown() })
+}
+
+/// Begins the file that an option names, if it was given.
+fn pending(option: &str, path: Option<&Path>) -> Result<Option<PendingFile>, Failure> {
+    let file = path.map(PendingFile::create).transpose();
+    Ok(file.map_err(|error| error.to_string().replace("--out", option))?)
+}
+
+/// Refuses two options that name the same file: what one of them holds would be overwritten.
+fn different(options: &[(&str, &Option<PathBuf>)]) -> Result<(), Failure> {
+    for (n, (option, path)) in options.iter().enumerate() {
+        for (other, other_path) in &options[..n] {
+            let (Some(path), Some(other_path)) = (path, other_path) else { continue };
+            if path == other_path {
+                let path = path.display();
+                return Err(format!("{other} and {option} are both '{path}'; give them a file each").into());
+            }
+            output::spares(other_path, path)?;
         }
-        None => None,
-    };
-    print_all(&if args.json { json(&report)? } else { print::tune(&tune, &report, &settings, written.as_deref()) })
+    }
+    Ok(())
 }
 
 fn scenario(path: Option<&Path>) -> Result<Scenario, Failure> {

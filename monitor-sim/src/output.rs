@@ -68,9 +68,7 @@ impl OutputDir {
     /// # Errors
     /// [`OutputError::File`] when the system refuses.
     pub fn write(&self, name: &str, text: &str) -> Result<PathBuf, OutputError> {
-        let mut file = self.create(name)?;
-        file.write_all(text.as_bytes()).map_err(|source| file.failed(source))?;
-        file.finish()
+        self.create(name)?.finish_with(text)
     }
 }
 
@@ -116,6 +114,15 @@ impl PendingFile {
     #[must_use]
     pub fn failed(&self, source: std::io::Error) -> OutputError {
         OutputError::File { path: self.path.clone(), source }
+    }
+
+    /// Writes a text, moves the file into its place and returns it.
+    ///
+    /// # Errors
+    /// [`OutputError::File`] when the system refuses.
+    pub fn finish_with(mut self, text: &str) -> Result<PathBuf, OutputError> {
+        self.write_all(text.as_bytes()).map_err(|source| self.failed(source))?;
+        self.finish()
     }
 
     /// Moves the file into its place and returns it.

@@ -76,7 +76,13 @@ pub(crate) fn replay(replayed: &Replayed) -> String {
 }
 
 /// The trade-off and the thresholds that tuning found.
-pub(crate) fn tune(tune: &Tune, report: &TuneReport, settings: &str, file: Option<&Path>) -> String {
+pub(crate) fn tune(
+    tune: &Tune,
+    report: &TuneReport,
+    settings: &str,
+    file: Option<&Path>,
+    page: Option<&Path>,
+) -> String {
     let mut text = format!(
         "Thresholds for \"{}\": {} fault-free missions, {} with faults of {:.0} % size, and as many to check, in {:.1} s\n\n",
         tune.scenario.name,
@@ -93,6 +99,9 @@ pub(crate) fn tune(tune: &Tune, report: &TuneReport, settings: &str, file: Optio
             "warning: under a borderline fault the residual of {model} does not stay above its threshold"
         );
     }
+    if let Some(page) = page {
+        let _ = writeln!(text, "Written: {}", page.display());
+    }
     match file {
         Some(path) => {
             let _ = writeln!(text, "Written: {} (use it with --mode paper --limits)", path.display());
@@ -103,7 +112,7 @@ pub(crate) fn tune(tune: &Tune, report: &TuneReport, settings: &str, file: Optio
 }
 
 /// The tables of a study, and what they took.
-pub(crate) fn study(report: &Report, file: Option<&Path>) -> String {
+pub(crate) fn study(report: &Report, files: &[PathBuf]) -> String {
     let mut text = String::new();
     report.tables.iter().for_each(|table| text += &shown(table.clone()));
     let (steps, wall_s, threads) = (report.steps as f64, report.wall_s, report.threads);
@@ -119,10 +128,7 @@ pub(crate) fn study(report: &Report, file: Option<&Path>) -> String {
             " in {wall_s:.1} s on {threads} threads: {per_core:.2e} per second and thread, {hours:.2} simulated hours a second."
         );
     }
-    if let Some(path) = file {
-        let _ = writeln!(text, "Written: {}", path.display());
-    }
-    text
+    if files.is_empty() { text } else { text + &written(files) }
 }
 
 /// The tables of a benchmark, and what a reader must know.

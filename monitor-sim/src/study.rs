@@ -22,6 +22,7 @@ pub mod localization;
 mod jitter;
 pub mod robustness;
 pub mod speed;
+pub mod page;
 
 use std::path::Path;
 use std::time::Instant;
@@ -32,6 +33,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use crate::output::OutputError;
+use crate::page::Block;
 use crate::scenario::ScenarioError;
 use crate::tables::TextTable;
 use ledger::Ledger;
@@ -71,6 +73,10 @@ pub enum StudyError {
 /// What a study found.
 #[derive(Clone, Debug, Default)]
 pub struct Findings {
+    /// The result in a sentence; empty where it takes a table.
+    pub summary: String,
+    /// What the page pictures.
+    pub figures: Vec<Block>,
     /// One object a row; keys say the unit.
     pub rows: Vec<Value>,
     /// The same for people.
@@ -134,6 +140,12 @@ pub struct Report {
     /// The rows for people.
     #[serde(skip)]
     pub tables: Vec<TextTable>,
+    /// The result in a sentence.
+    #[serde(skip)]
+    pub summary: String,
+    /// What the page pictures.
+    #[serde(skip)]
+    pub figures: Vec<Block>,
     /// Units that were read from the file of finished ones.
     #[serde(skip)]
     pub resumed: u64,
@@ -170,6 +182,8 @@ pub fn run<S: Study>(study: &S, run: Run<'_>, tick: impl Fn(u64) + Sync) -> Resu
         steps: findings.steps,
         rows: findings.rows,
         tables: findings.tables,
+        summary: findings.summary,
+        figures: findings.figures,
         resumed,
         wall_s: begun.elapsed().as_secs_f64(),
         threads: pool.current_num_threads(),

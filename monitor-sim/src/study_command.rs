@@ -1,19 +1,19 @@
 //! `monitor-sim study`: makes a study of what was asked for, runs it, prints what it found.
 
-use std::io::Write;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
-use monitor_sim::output::{self, PendingFile};
 use monitor_sim::study::delay::Delay;
 use monitor_sim::study::false_alarms::FalseAlarms;
 use monitor_sim::study::localization::Localization;
+use monitor_sim::study::page::page;
 use monitor_sim::study::ramp::Ramp;
 use monitor_sim::study::robustness::Robustness;
 use monitor_sim::study::speed::Speed;
 use monitor_sim::study::{self, Run, Study};
 
 use crate::args::study::{ANY_LIMITS, CommonArgs, StudyArgs, StudyCommand};
-use crate::{Failure, json, print, print_all, progress};
+use crate::{Failure, different, json, pending, print, print_all, progress};
 
 pub(crate) fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
     match &args.study {
@@ -55,26 +55,19 @@ fn measure(speed: &Speed, as_json: bool) -> Result<ExitCode, Failure> {
 }
 
 fn make<S: Study>(study: &S, common: &CommonArgs) -> Result<ExitCode, Failure> {
-    if let (Some(resume), Some(out)) = (&common.resume, &common.out) {
-        if resume == out {
-            return Err(format!("--resume and --out are both '{}'; give them a file each", out.display()).into());
-        }
-        output::spares(resume, out)?;
-    }
+    let files = [("--resume", &common.resume), ("--out", &common.out), ("--page", &common.page)];
+    different(&files)?;
     // Before the work: a long run shall not find out at its end that there is no place for its result.
-    let file = common.out.as_deref().map(PendingFile::create).transpose()?;
+    let file = pending("--out", common.out.as_deref())?;
+    let page_file = pending("--page", common.page.as_deref())?;
     let bar = progress(Some(study.units()), "units");
     let run = Run { threads: common.threads.map(|n| n as usize), resume: common.resume.as_deref() };
     let report = study::run(study, run, |units| bar.inc(units));
     bar.finish_and_clear();
     let report = report?;
     let document = json(&report)?;
-    let written = match file {
-        Some(mut file) => {
-            file.write_all(document.as_bytes()).map_err(|source| file.failed(source))?;
-            Some(file.finish()?)
-        }
-        None => None,
-    };
-    print_all(&if common.json { document } else { print::study(&report, written.as_deref()) })
+    let written = file.map(|file| file.finish_with(&document)).transpose()?;
+    let pictured = page_file.map(|file| file.finish_with(&page(&report))).transpose()?;
+    let written: Vec<PathBuf> = written.into_iter().chain(pictured).collect();
+    print_all(&if common.json { document } else { print::study(&report, &written) })
 }

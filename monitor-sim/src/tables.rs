@@ -220,7 +220,7 @@ pub fn sweep(report: &TuneReport, chosen: f64) -> TextTable {
 }
 
 fn sweep_row(row: &SweepRow, chosen: f64) -> Vec<String> {
-    let mark = if (row.margin - chosen).abs() < 1e-9 { " *" } else { "" };
+    let mark = if row.is_at(chosen) { " *" } else { "" };
     let fixed =
         [format!("{}{mark}", row.margin), row.false_alarms.to_string(), format!("{:.1}", row.false_alarms_per_hour)];
     let of_faults = row.faults.iter().flat_map(|fault| {

@@ -7,6 +7,8 @@
 //! 3. Fresh seeds, none of those that set the thresholds, show the trade-off: false alarms per hour and delay for a
 //!    sweep of margins.
 
+pub mod page;
+
 use std::ops::Range;
 use std::time::Instant;
 
@@ -86,6 +88,14 @@ pub struct TuneReport {
     pub not_separated: Vec<String>,
     /// Wall time, s.
     pub wall_s: f64,
+}
+
+impl SweepRow {
+    /// Whether it is of this margin.
+    #[must_use]
+    pub fn is_at(&self, margin: f64) -> bool {
+        (self.margin - margin).abs() < 1e-9
+    }
 }
 
 impl Tune {

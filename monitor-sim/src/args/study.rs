@@ -15,7 +15,7 @@ Examples:
   monitor-sim study false-alarms --motors 100 --hours 50 --asked 0.1
   monitor-sim study false-alarms --hours 1000 --motors 1000 --resume units.jsonl --out result.json
       an interrupted study goes on where it was when it is started again
-  monitor-sim study delay --asked 3.6
+  monitor-sim study delay --asked 3.6 --page delay.html
   monitor-sim study ramp --seeds 50 --json | jq '.rows[0]'
   monitor-sim study localization --motors 1000
   monitor-sim study robustness
@@ -202,6 +202,9 @@ pub(crate) struct CommonArgs {
     /// Write the result to this file, as one JSON document
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
+    /// Write a page with pictures to this file
+    #[arg(long, value_name = "FILE")]
+    pub(crate) page: Option<PathBuf>,
     /// Print one JSON document instead of tables
     #[arg(long)]
     pub(crate) json: bool,

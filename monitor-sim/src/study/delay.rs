@@ -16,7 +16,9 @@ use super::summary::{Spread, percent, shown};
 use super::watch::{Known, Limits, Mode, Name};
 use super::white::{self, WhiteNoise, lorden_samples};
 use super::{Findings, Study, StudyError, purpose, seed_of};
+use crate::chart::{Axis, Line, line_chart};
 use crate::fault::FaultProfile;
+use crate::page::Block;
 use crate::plant::Plant;
 use crate::scenario::Scenario;
 use crate::tables::{TextTable, significant};
@@ -199,15 +201,23 @@ impl Study for Delay {
             ["shift, sigmas", "detected, %", "delay, samples", "bound, samples", "ratio"],
         );
         let mut rows = Vec::new();
+        let mut delays: Vec<Line> = Culprit::ALL.iter().map(|c| line(Name::of(c.point).shown())).collect();
+        let (mut seen, mut bound) =
+            (line("mean over seeds".to_owned()), Line { bound: true, ..line("Lorden's bound".to_owned()) });
         for (case, flights) in units.chunks(self.seeds as usize).enumerate() {
             match self.case(case as u64 * self.seeds) {
                 Unit::Loop(culprit, size) => {
                     let row = LoopRow::of(&culprit, flights);
+                    let delay = row.delay_s.filter(|_| row.detected == row.flights);
+                    delays[case / self.sizes.len()].points.extend(delay.map(|delay| (size, delay.median)));
                     rows.push(row.json(&culprit, size, self));
                     in_loop.rows.push(row.cells(&culprit, size));
                 }
                 Unit::White(shift) => {
                     let (row, cells) = self.white_row(shift, flights);
+                    bound.points.push((shift, lorden_samples(self.arl0(), shift)));
+                    let every = row["detected"] == row["flights"];
+                    seen.points.extend(row["mean_delay_samples"].as_f64().filter(|_| every).map(|mean| (shift, mean)));
                     rows.push(row);
                     white.rows.push(cells);
                 }
@@ -215,7 +225,13 @@ impl Study for Delay {
         }
         let calibrated = calibration_steps(&limits.motor, &self.asked, &figure_1_motor(FLIGHT_S));
         let steps = units.iter().map(|unit| unit.steps).sum::<u64>() + 2 * calibrated;
-        Findings { rows, tables: vec![in_loop, white], steps }
+        Findings {
+            summary: self.summary(&seen),
+            figures: self.figures(delays, vec![seen, bound]),
+            rows,
+            tables: vec![in_loop, white],
+            steps,
+        }
     }
 }
 
@@ -223,6 +239,38 @@ impl Delay {
     /// Samples between false alarms that are asked for.
     fn arl0(&self) -> f64 {
         white::RATE_HZ * 3600.0 / self.asked.false_alarms_per_hour
+    }
+
+    fn summary(&self, seen: &Line) -> String {
+        let sigma = seen.points.iter().find(|(shift, _)| *shift == 1.0);
+        let ratio = |(shift, mean): &(f64, f64)| mean / lorden_samples(self.arl0(), *shift);
+        sigma.map_or_else(String::new, |point| {
+            format!(
+                "A shift of one sigma of white noise is detected after {} samples in the mean: {} times Lorden's bound for a \
+                 false alarm in {:.2e} samples.",
+                significant(point.1),
+                significant(ratio(point)),
+                self.arl0()
+            )
+        })
+    }
+
+    /// Delay against size in the loop, the paper's faults and the others, and in white noise beside the bound.
+    fn figures(&self, mut delays: Vec<Line>, white: Vec<Line>) -> Vec<Block> {
+        let others = delays.split_off(Culprit::papers().len());
+        let size = Axis { name: "size, share of the fault of figure 1", log: true };
+        let (median, mean) =
+            (Axis { name: "median delay, s", log: true }, Axis { name: "mean delay, samples", log: true });
+        let figure = |caption: &str, lines: &[Line], x, y| Block::Figure {
+            caption: format!("{caption} Sizes at which a flight missed the fault have no point."),
+            pictures: vec![line_chart(lines, x, y)],
+        };
+        let shift = Axis { name: "shift, sigmas", log: true };
+        vec![
+            figure("White noise: delay against the shift of one channel, beside Lorden's bound.", &white, shift, mean),
+            figure("Motor of figure 1: delay against the size of the paper's faults.", &delays, size, median),
+            figure("Motor of figure 1: delay against the size of other faults.", &others, size, median),
+        ]
     }
 
     fn white_row(&self, shift: f64, flights: &[DelayFlight]) -> (Value, Vec<String>) {
@@ -239,6 +287,10 @@ impl Delay {
         let detected = percent(samples.len(), flights.len());
         (row, vec![significant(shift), detected, shown(mean), significant(bound), shown(ratio)])
     }
+}
+
+fn line(name: String) -> Line {
+    Line { name, points: Vec::new(), bound: false, ringed: None }
 }
 
 /// One fault at one size.

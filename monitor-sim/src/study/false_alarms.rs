@@ -8,12 +8,17 @@ use super::flight::{Alarms, fly};
 use super::poisson::interval;
 use super::watch::{Known, Limits, Mode};
 use super::{Findings, Study, StudyError, purpose, seed_of};
+use crate::chart::{Axis, Range, range_chart};
+use crate::page::Block;
 use crate::plant::Plant;
 use crate::random_motor::random_motor;
 use crate::scenario::Scenario;
 use crate::tables::{TextTable, significant};
 
 const SECONDS_PER_HOUR: f64 = 3600.0;
+
+/// Motors that are pictured by themselves.
+const PICTURED_MOTORS: usize = 12;
 
 /// The study's settings.
 #[derive(Clone, Debug, Serialize)]
@@ -52,6 +57,19 @@ pub(super) fn limits_of(mode: Mode, asked: &Asked, scenario: &Scenario, seed: u6
 pub(super) fn calibration_steps(limits: &Limits, asked: &Asked, scenario: &Scenario) -> u64 {
     let run = asked.run_s(&Known::of(scenario)) * scenario.rate_hz();
     if limits.thresholds.is_some() { asked.calibration_runs * run.round() as u64 } else { 0 }
+}
+
+/// The motors with most alarms, if they had any.
+fn noisiest(units: &[MotorAlarms], hours_of: impl Fn(&MotorAlarms) -> f64) -> Vec<Range> {
+    let mut noisy: Vec<&MotorAlarms> = units.iter().filter(|unit| unit.alarms.begun > 0).collect();
+    noisy.sort_by_key(|unit| std::cmp::Reverse(unit.alarms.begun));
+    let range = |unit: &MotorAlarms| {
+        let hours = hours_of(unit);
+        let [low, high] = interval(unit.alarms.begun).map(|count| count / hours);
+        let name = format!("seed {:x}", unit.motor_seed);
+        Range { name, ends: (low, high), half: None, middle: unit.alarms.begun as f64 / hours }
+    };
+    noisy.into_iter().take(PICTURED_MOTORS).map(range).collect()
 }
 
 impl Study for FalseAlarms {
@@ -114,7 +132,26 @@ impl Study for FalseAlarms {
             significant(high),
             significant(self.asked.false_alarms_per_hour),
         ];
+        let summary = format!(
+            "{alarms} false alarms in {} hours of {} motors: {} an hour (95 %: {} to {}), {} asked for.",
+            significant(hours),
+            units.len(),
+            significant(rate),
+            significant(low),
+            significant(high),
+            significant(self.asked.false_alarms_per_hour)
+        );
+        let all = Range { name: "all motors".to_owned(), ends: (low, high), half: None, middle: rate };
+        let ranges: Vec<Range> = std::iter::once(all).chain(noisiest(units, hours_of)).collect();
+        let asked = Some(("asked for", self.asked.false_alarms_per_hour));
+        let axis = Axis { name: "false alarms an hour", log: true };
+        let pictured =
+            "False alarms an hour with the exact Poisson interval of 95 %: of all motors, and of those with most.";
+        let figures =
+            vec![Block::Figure { caption: pictured.to_owned(), pictures: vec![range_chart(&ranges, axis, asked)] }];
         Findings {
+            summary,
+            figures,
             rows: std::iter::once(total).chain(rows).collect(),
             tables: vec![TextTable::new(caption, header).with_rows([row])],
             steps: units.iter().map(|unit| unit.steps).sum(),

@@ -207,7 +207,7 @@ impl Study for Localization {
         let steps = units.iter().map(|unit| unit.steps).sum();
         let (isolable, row) = self.isolable(units);
         rows.push(row);
-        Findings { rows, tables: vec![sizes, confusion_table(&confusions), isolable], steps }
+        Findings { rows, tables: vec![sizes, confusion_table(&confusions), isolable], steps, ..Findings::default() }
     }
 }
 

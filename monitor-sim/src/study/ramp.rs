@@ -10,7 +10,9 @@ use super::flight::{Episode, fly};
 use super::summary::{Spread, shown};
 use super::watch::{Known, Limits, Mode, Name};
 use super::{Findings, Study, StudyError, purpose, seed_of};
+use crate::chart::{Axis, Range, range_chart};
 use crate::fault::FaultProfile;
+use crate::page::Block;
 use crate::plant::Plant;
 use crate::scenario::Scenario;
 use crate::tables::{TextTable, significant};
@@ -109,6 +111,7 @@ impl Study for Ramp {
         ];
         let mut table = TextTable::new("Value of a growing fault when it is detected, motor of figure 1", header);
         let mut rows = Vec::new();
+        let mut ranges = Vec::new();
         for (n, flights) in units.chunks(self.seeds as usize).enumerate() {
             let culprit = &Culprit::ALL[n];
             let amplitude = self.size * culprit.figure_1_amplitude();
@@ -116,9 +119,11 @@ impl Study for Ramp {
             // A gain or offset below 0 grows downwards: its magnitude is what was reached.
             let values: Vec<f64> = flights.iter().filter_map(|f| f.value).map(f64::abs).collect();
             let spread = Spread::of(values.iter().copied());
+            let name = format!("{} {}", culprit.id, Name::of(culprit.point).words());
+            ranges.extend(spread.map(|spread| in_percent(&name, &spread, amplitude.abs())));
             let of = |pick: fn(&Spread) -> f64| shown(spread.as_ref().map(pick));
             table.rows.push(vec![
-                format!("{} {}", culprit.id, Name::of(culprit.point).words()),
+                name,
                 unit.to_owned(),
                 flights.len().to_string(),
                 values.len().to_string(),
@@ -139,6 +144,27 @@ impl Study for Ramp {
         }
         let calibrated = calibration_steps(limits, &self.asked, &self.motor());
         let steps = units.iter().map(|unit| unit.steps).sum::<u64>() + calibrated;
-        Findings { rows, tables: vec![table], steps }
+        let detected = units.iter().filter(|unit| unit.value.is_some()).count();
+        let summary = format!(
+            "{detected} of {} growing faults detected before they were {} times as large as those of figure 1.",
+            units.len(),
+            self.size
+        );
+        let axis = Axis { name: "value when detected, % of the value at the end", log: true };
+        let caption = "Value of a growing fault when it is detected: from the least to the greatest, half of the flights, and \
+                       the median.";
+        let figures =
+            vec![Block::Figure { caption: caption.to_owned(), pictures: vec![range_chart(&ranges, axis, None)] }];
+        Findings { summary, figures, rows, tables: vec![table], steps }
+    }
+}
+
+fn in_percent(name: &str, spread: &Spread, full: f64) -> Range {
+    let percent = |value: f64| 100.0 * value / full;
+    Range {
+        name: name.to_owned(),
+        ends: (percent(spread.min), percent(spread.max)),
+        half: Some((percent(spread.lower_quartile), percent(spread.upper_quartile))),
+        middle: percent(spread.median),
     }
 }

@@ -295,7 +295,8 @@ impl Study for Robustness {
             rows.push(row);
             stuck.rows.push(cells);
         }
-        Findings { rows, tables: vec![table, stuck], steps: units.iter().map(|unit| unit.steps).sum() }
+        let steps = units.iter().map(|unit| unit.steps).sum();
+        Findings { rows, tables: vec![table, stuck], steps, ..Findings::default() }
     }
 }
 

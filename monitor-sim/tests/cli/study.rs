@@ -48,6 +48,30 @@ fn an_interrupted_study_goes_on_to_the_same_result() {
     assert!(report["rows"][0]["alarms"].as_u64().unwrap() >= 1000, "{}", report["rows"][0]);
 }
 
+/// The page that a study wrote: it stands alone, and holds these words.
+fn assert_page(desk: &Desk, name: &str, words: &[&str]) {
+    let page = desk.read(name);
+    for outside in ["://", "<script ", "src=", "@import", "<link"] {
+        assert!(!page.contains(outside), "{outside}");
+    }
+    for word in words {
+        assert!(page.contains(word), "no {word} in {name}");
+    }
+}
+
+#[test]
+fn a_page_pictures_what_a_study_found() {
+    let desk = Desk::new();
+    let told = String::from_utf8(stdout(&desk, &format!("{SMALL} --out result.json --page a.html"))).unwrap();
+    assert!(told.contains("Written: result.json, a.html"), "{told}");
+    assert_page(&desk, "a.html", &["hours of 4 motors", ">all motors</text>", "asked for", "calibration_runs"]);
+    let few = "--seeds 1 --calibration-runs 2 --calibration-judged 20 --mode paper";
+    stdout(&desk, &format!("study delay --sizes 1,2 {few} --page d.html"));
+    assert_page(&desk, "d.html", &["Lorden's bound</li>", "F1 load torque: 1.000, ", "F3 current sensor: 2.000, "]);
+    stdout(&desk, &format!("study ramp {few} --page r.html"));
+    assert_page(&desk, "r.html", &["growing faults detected", "% of the value at the end", "F2 speed sensor: "]);
+}
+
 #[test]
 fn the_result_is_written_to_a_file_as_it_is_printed() {
     let desk = Desk::new();

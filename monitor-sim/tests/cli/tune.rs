@@ -34,6 +34,21 @@ fn without_a_file_the_thresholds_are_printed_as_the_file_would_hold_them() {
 }
 
 #[test]
+fn a_page_shows_the_trade_off_and_what_is_recommended() {
+    let desk = Desk::with_short();
+    let told = desk.run(&format!("{TUNE} --out limits.toml --page tune.html")).success();
+    assert!(String::from_utf8_lossy(&told.get_output().stdout).contains("Written: tune.html"));
+    let page = desk.read("tune.html");
+    let thresholds = desk.read("limits.toml").replace('"', "&quot;");
+    for word in ["Recommended: 1.5 times", "F3 current sensor: ", "r=\"8\"", &thresholds] {
+        assert!(page.contains(word), "{word}");
+    }
+    assert!(!page.contains("://"));
+    desk.refuses(&format!("{TUNE} --out both.html --page both.html"), &["--out and --page", "both.html"]);
+    desk.refuses(&format!("{TUNE} --page missing/tune.html"), &["missing/tune.html", "--page"]);
+}
+
+#[test]
 fn the_trade_off_for_machines_is_one_document() {
     let report = Desk::with_short().json(TUNE, 0);
     assert_keys(&report, &["settings", "sweep", "hours", "not_separated", "wall_s"]);
