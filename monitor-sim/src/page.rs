@@ -76,7 +76,7 @@ h1{font-size:1.6rem;line-height:1.25;margin:0 0 .5rem}h2{font-size:1.2rem;margin
 nav ul{display:flex;flex-wrap:wrap;gap:.25rem 1.25rem;list-style:none;margin:0;padding:0}
 a{color:var(--link)}a:focus-visible,summary:focus-visible,.scroll:focus-visible,th button:focus-visible{outline:3px solid var(--link);outline-offset:2px}
 figure{margin:1.25rem 0}figcaption,.caption{color:var(--muted);margin:1.5rem 0 .3rem;font-size:.95rem}
-.scroll{overflow-x:auto}.pictures>svg{display:block;width:100%;min-width:640px;height:auto}
+.scroll{overflow-x:auto}.pictures>svg{display:block;width:100%;min-width:640px;height:auto}.fits>svg.time{min-width:0}
 svg text{font-family:system-ui,-apple-system,"Segoe UI",Roboto,sans-serif}
 .legend{display:flex;flex-wrap:wrap;gap:.2rem 1.25rem;list-style:none;margin:.2rem 0;padding:0;font-size:.9rem}
 .legend i{display:inline-block;width:1.4rem;height:.7rem;margin-right:.45rem;vertical-align:baseline;border-radius:2px}
@@ -90,7 +90,7 @@ footer{margin-top:3rem;color:var(--muted);font-size:.9rem}
 .cross{stroke:var(--ink);stroke-opacity:.6;pointer-events:none}.picked{fill:var(--link);fill-opacity:.2;pointer-events:none}
 .read{position:fixed;inset:auto 0 0 0;display:flex;flex-wrap:wrap;justify-content:center;gap:0 1.25rem;padding:.4rem 1rem;background:var(--soft);border-top:1px solid var(--grid);font-size:.9rem;font-variant-numeric:tabular-nums}.read[hidden]{display:none}
 th button{font:inherit;color:var(--link);background:none;border:0;padding:0;cursor:pointer;text-decoration:underline}
-@media print{body{max-width:none;padding:0;font-size:11pt}nav,details,.keys,.read{display:none}figure,table{break-inside:avoid}.scroll{overflow:visible}.pictures>svg{min-width:0}}
+@media print{body{max-width:none;padding:0;font-size:11pt}nav,.keys,.read{display:none}h2,.caption,figcaption,.legend{break-after:avoid}figure,table,.pictures>svg{break-inside:avoid}.scroll{overflow:visible}.pictures>svg{min-width:0}}
 "#;
 
 impl Section {

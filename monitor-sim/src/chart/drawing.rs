@@ -75,7 +75,7 @@ impl Drawing {
         }
         self.around += "</g>\n";
         if let Some(name) = name {
-            self.text("mid", LEFT + PLOT_WIDTH / 2.0, self.height + 14.0, name);
+            self.text("mid abscissa", LEFT + PLOT_WIDTH / 2.0, self.height + 14.0, name);
             self.height += NAME;
         }
     }

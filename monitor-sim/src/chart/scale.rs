@@ -48,7 +48,11 @@ impl Scale {
         } else if self.log {
             let (first, last) = (self.low.round() as i32, self.high.round() as i32);
             let step = (last - first) / most as i32 + 1;
-            (first..=last).step_by(step as usize).map(|exponent| 10_f64.powi(exponent)).collect()
+            // One or two decades alone would have next to no ticks.
+            let within = if last - first > 2 { &[1.0][..] } else { &[1.0, 2.0, 5.0] };
+            let of_decade = |exponent| within.iter().map(move |m| m * 10_f64.powi(exponent));
+            let values = (first..=last).step_by(step as usize).flat_map(of_decade);
+            values.filter(|value| *value <= 10_f64.powi(last)).collect()
         } else {
             let rough = (self.high - self.low) / f64::from(most);
             let decade = 10_f64.powf(rough.log10().floor());
@@ -87,6 +91,7 @@ mod tests {
         assert_eq!(labels(Scale::linear(0.0, 140.0)), ["0", "20", "40", "60", "80", "100", "120", "140"]);
         assert_eq!(labels(Scale::linear(-0.1, 0.11)), ["-0.1", "-0.05", "0", "0.05", "0.1"]);
         assert_eq!(labels(Scale::decades(0.002, 7.0)), ["1e-3", "0.01", "0.1", "1", "10"]);
+        assert_eq!(labels(Scale::decades(0.2, 7.0)), ["0.1", "0.2", "0.5", "1", "2", "5", "10"]);
         assert_eq!(labels(Scale::decades(1.0, 2e10)), ["1", "100", "1e4", "1e6", "1e8", "1e10"]);
     }
 

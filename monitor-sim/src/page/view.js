@@ -38,7 +38,9 @@
 
   const picture = svg => {
     const plot = svg.querySelector(".plot"), field = plot.querySelector(".field");
-    const width = plot.width.baseVal.value, height = plot.height.baseVal.value, left = plot.x.baseVal.value;
+    const drawnWidth = plot.width.baseVal.value, height = plot.height.baseVal.value, left = plot.x.baseVal.value;
+    const drawnView = svg.viewBox.baseVal.width, beside = drawnView - drawnWidth;
+    let width = drawnWidth;
     const { low, high, log, name, unit } = plot.dataset;
     const shown = value => number(log === undefined ? value : 10 ** value);
     const y = value => (height * Math.min(Math.max(1 - (value - low) / (high - low), 0), 1)).toFixed(1);
@@ -111,7 +113,7 @@
     });
 
     const bands = [...plot.querySelectorAll(".band")], labels = [...svg.querySelectorAll("text[data-from]")];
-    const ticks = svg.querySelector(".ticks"), drawnTicks = [...ticks.children];
+    const ticks = svg.querySelector(".ticks"), drawnTicks = [...ticks.children], abscissa = svg.querySelector(".abscissa");
     const cross = make("path", plot, { class: "cross" });
     const picked = make("rect", plot, { class: "picked", height, width: 0 });
 
@@ -123,8 +125,19 @@
     };
 
     return {
-      svg, field, width,
-      draw(a, b, whole, x) {
+      svg, field,
+      width: () => width,
+      // A window too narrow for the letters, which are then 80 % of their size, gets a narrower plot.
+      fit(pixels) {
+        const view = Math.min(drawnView, pixels / 0.8);
+        width = view - beside;
+        svg.setAttribute("viewBox", `0 0 ${view} ${svg.viewBox.baseVal.height}`);
+        plot.setAttribute("width", width);
+        field.setAttribute("width", width);
+        abscissa?.setAttribute("x", left + width / 2);
+      },
+      draw(a, b, all, x) {
+        const whole = all && width === drawnWidth;
         for (const part of [...curves, ...rows]) part.path.setAttribute("d", whole ? part.drawn : part.between(a, b, x));
         const ends = ({ from, to }) => [Math.min(Math.max(x(+from), 0), width), Math.min(Math.max(x(+to), 0), width)];
         for (const band of bands) {
@@ -137,7 +150,7 @@
           label.setAttribute("x", left + (from + to) / 2);
           label.style.display = from < to ? "" : "none";
         }
-        const rough = (b - a) / 8, decade = 10 ** Math.floor(Math.log10(rough));
+        const rough = 100 * (b - a) / width, decade = 10 ** Math.floor(Math.log10(rough));
         const step = [1, 2, 5, 10].map(m => m * decade).find(s => s >= rough);
         const round = [];
         for (let k = Math.ceil(a / step); k * step <= b; k++) round.push(tick(x(k * step), String(+(k * step).toPrecision(10))));
@@ -156,11 +169,11 @@
 
   // Pictures over the same time.
   const axis = svgs => {
-    const pictures = svgs.map(picture), { width, field } = pictures[0];
+    const pictures = svgs.map(picture), { width } = pictures[0];
     const [first, last] = [+svgs[0].dataset.from, +svgs[0].dataset.to];
     const figures = [...new Set(svgs.map(svg => svg.parentElement))];
     let a = first, b = last, marked = null, figure = figures[0];
-    const x = t => width * (t - a) / (b - a);
+    const x = t => width() * (t - a) / (b - a);
     const inside = t => Math.min(Math.max(t, a), b);
 
     const mark = (t, spoken) => {
@@ -170,7 +183,7 @@
       if (marked === null) return;
       // What a mouse passes over is not read to who cannot see it.
       readOut.ariaLive = spoken ? "polite" : "off";
-      const digits = Math.max(0, Math.ceil(-Math.log10((b - a) / width)));
+      const digits = Math.max(0, Math.ceil(-Math.log10((b - a) / width())));
       const values = pictures.filter(p => p.svg.parentElement === figure).flatMap(p => p.read(marked));
       readOut.replaceChildren(...[`${marked.toFixed(Math.min(digits, 6))} s`, ...values].map(text => {
         const part = document.createElement("span");
@@ -186,6 +199,13 @@
         f.dataset.view = `${a}..${b}`;
       }
       mark(marked);
+    };
+    const fit = () => {
+      for (const p of pictures) {
+        p.svg.parentElement.classList.add("fits");
+        p.fit(p.svg.parentElement.clientWidth);
+      }
+      draw();
     };
     const show = (from, to) => {
       const wide = Math.min(last - first, Math.max(to - from, (last - first) / 20000));
@@ -265,7 +285,13 @@
       });
       f.setAttribute("aria-describedby", "keys");
     }
-    addEventListener("beforeprint", () => { mark(null); all(); });
+    addEventListener("resize", fit);
+    addEventListener("beforeprint", () => {
+      mark(null);
+      pictures.forEach(p => p.fit(Infinity));
+      all();
+    });
+    addEventListener("afterprint", fit);
     // The pictures of what is told in a table of events are those where it stands.
     const told = svgs.find(svg => svg.querySelector("[data-spans]")) ?? svgs[0];
     const visit = t => {
@@ -274,7 +300,7 @@
       mark(t, true);
       told.scrollIntoView({ block: "center", behavior: matchMedia("(prefers-reduced-motion: reduce)").matches ? "auto" : "smooth" });
     };
-    draw();
+    fit();
     return { show, visit };
   };
 
@@ -301,5 +327,8 @@
     if (event && events[event[1] - 1]) visit(+events[event[1] - 1].dataset.at);
   };
   addEventListener("hashchange", linked);
+  // What is folded on the screen is not on paper.
+  const folded = [...document.querySelectorAll("details:not([open])")];
+  addEventListener("beforeprint", () => folded.forEach(details => { details.open = true; }));
   linked();
 })();

@@ -262,7 +262,9 @@ impl Delay {
         let (median, mean) =
             (Axis { name: "median delay, s", log: true }, Axis { name: "mean delay, samples", log: true });
         let figure = |caption: &str, lines: &[Line], x, y| Block::Figure {
-            caption: format!("{caption} Sizes at which a flight missed the fault have no point."),
+            caption: format!(
+                "{caption} Points at the lower edge are of the fault's first sample; sizes at which a flight missed it have none."
+            ),
             pictures: vec![line_chart(lines, x, y)],
         };
         let shift = Axis { name: "shift, sigmas", log: true };

@@ -146,7 +146,7 @@ impl Study for Ramp {
         let steps = units.iter().map(|unit| unit.steps).sum::<u64>() + calibrated;
         let detected = units.iter().filter(|unit| unit.value.is_some()).count();
         let summary = format!(
-            "{detected} of {} growing faults detected before they were {} times as large as those of figure 1.",
+            "{detected} of {} faults detected while they grew to {} times those of figure 1.",
             units.len(),
             self.size
         );

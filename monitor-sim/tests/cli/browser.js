@@ -61,8 +61,12 @@
   finger("pointerup", 1, 0.3);
   seen.panned = view();
 
+  document.body.style.width = "400px";
+  dispatchEvent(new Event("resize"));
+  seen.narrow = { letters: 14 * plot.ownerSVGElement.getScreenCTM().a, scrolls: speed.scrollWidth > speed.clientWidth, points: points().length };
+
   dispatchEvent(new Event("beforeprint"));
-  seen.printed = { view: view(), points: points().length, read: read() };
+  seen.printed = { view: view(), points: points().length, read: read(), unfolded: document.querySelectorAll("details:not([open])").length === 0 };
 
   const result = document.createElement("pre");
   result.id = "seen";

@@ -32,6 +32,7 @@ struct Seen {
     dragged: [f64; 2],
     pinched: [f64; 2],
     panned: [f64; 2],
+    narrow: Narrow,
     printed: Printed,
     /// What the console said, and the trace of the same run.
     #[serde(skip)]
@@ -48,10 +49,18 @@ struct PictureSeen {
 }
 
 #[derive(Deserialize)]
+struct Narrow {
+    letters: f64,
+    scrolls: bool,
+    points: usize,
+}
+
+#[derive(Deserialize)]
 struct Printed {
     view: [f64; 2],
     points: usize,
     read: Option<Vec<String>>,
+    unfolded: bool,
 }
 
 /// Chromium, if there is one.
@@ -82,6 +91,7 @@ static SEEN: LazyLock<Option<Seen>> = LazyLock::new(|| {
     let address = format!("file://{}#event=2", desk.path("used.html").display());
     let output = Command::new(browser)
         .args(["--headless", "--disable-gpu", "--no-sandbox", "--enable-logging=stderr", "--v=0", "--dump-dom"])
+        .arg("--window-size=1200,900")
         .arg(format!("--user-data-dir={}", desk.path("profile").display()))
         .arg(address)
         .timeout(Duration::from_secs(120))
@@ -176,8 +186,19 @@ fn keys_the_mouse_and_fingers_change_the_view() {
 }
 
 #[test]
+fn in_a_narrow_window_pictures_get_narrower_and_letters_stay_legible() {
+    let Some(Seen { narrow, .. }) = &*SEEN else { return };
+    assert!(
+        narrow.letters > 11.0 && !narrow.scrolls && (300..800).contains(&narrow.points),
+        "{} {}",
+        narrow.letters,
+        narrow.points
+    );
+}
+
+#[test]
 fn on_paper_the_page_stands_as_it_was_drawn() {
     let Some(seen) = &*SEEN else { return };
     assert_eq!((seen.printed.view, seen.printed.points), ([0.0, 30.0], seen.drawn.len()));
-    assert!(seen.printed.read.is_none());
+    assert!(seen.printed.read.is_none() && seen.printed.unfolded);
 }

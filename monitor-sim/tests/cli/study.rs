@@ -69,7 +69,11 @@ fn a_page_pictures_what_a_study_found() {
     stdout(&desk, &format!("study delay --sizes 1,2 {few} --page d.html"));
     assert_page(&desk, "d.html", &["Lorden's bound</li>", "F1 load torque: 1.000, ", "F3 current sensor: 2.000, "]);
     stdout(&desk, &format!("study ramp {few} --page r.html"));
-    assert_page(&desk, "r.html", &["growing faults detected", "% of the value at the end", "F2 speed sensor: "]);
+    assert_page(
+        &desk,
+        "r.html",
+        &["faults detected while they grew", "% of the value at the end", "F2 speed sensor: "],
+    );
 }
 
 #[test]
