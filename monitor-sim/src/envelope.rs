@@ -71,7 +71,7 @@ impl Envelope {
         let from = if self.samples == 0 { x } else { self.domain.0 };
         self.domain = (from, x);
         match self.bins.last_mut() {
-            Some(bin) if self.samples % self.bin_samples != 0 => *bin = union(*bin, (y, y)),
+            Some(bin) if !self.samples.is_multiple_of(self.bin_samples) => *bin = union(*bin, (y, y)),
             _ => self.bins.push((y, y)),
         }
         self.samples += 1;

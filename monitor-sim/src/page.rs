@@ -58,8 +58,15 @@ pub enum Block {
     },
 }
 
-/// Zooms all pictures over time together; without it they stand as drawn.
-const VIEW: &str = include_str!("page/view.js");
+/// Zooms all pictures over time together and reads their values. What they draw, where, in which unit and by which scale, they
+/// say themselves; without the script they stand as drawn.
+const SCRIPT: &str = concat!(
+    "(() => {\n",
+    include_str!("page/signal.js"),
+    include_str!("page/picture.js"),
+    include_str!("page/view.js"),
+    "})();"
+);
 
 /// How the pictures over time are used; the script shows it, as it needs it.
 const KEYS: &str = "Pictures over time share one view. Drag over a stretch, or turn the wheel with Shift, to zoom; double-click to \
@@ -128,7 +135,7 @@ impl Page {
         }
         let _ = write!(
             html,
-            "</main>\n<footer>{}</footer>\n<script>{VIEW}</script>\n</body>\n</html>\n",
+            "</main>\n<footer>{}</footer>\n<script>{SCRIPT}</script>\n</body>\n</html>\n",
             escaped(&self.footer)
         );
         html

@@ -29,8 +29,9 @@ fn axis(source: &Source, signals: &Signals, window: Option<(u64, u64)>) -> TimeA
         to: injection.end_row().map_or(end, |row| signals.seconds(row)),
         label: injection.to_string(),
     });
+    let scaled_from = window.map_or(0.0, |(start, _)| signals.seconds(start));
     let bands = learning.into_iter().chain(injected).collect();
-    TimeAxis { range: (0.0, end), scaled_from: 0.0, bands, shaded: "learning window or injected fault" }
+    TimeAxis { range: (0.0, end), scaled_from, bands, shaded: "learning window or injected fault" }
 }
 
 /// The set point, if it was recorded, and the three channels.

@@ -38,7 +38,7 @@ impl Scale {
 
     /// Whether the axis has no length, as that of a log without rows.
     fn is_point(self) -> bool {
-        !(self.low < self.high)
+        self.low >= self.high
     }
 
     /// Values for about `most` ticks, with their labels.

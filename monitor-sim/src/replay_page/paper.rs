@@ -60,6 +60,13 @@ pub fn page(replay: &Replay, replayed: &Replayed) -> String {
             "Pairs: residuals and localization",
             vec![figure("The residuals of the pairs, their relays, and what (1.8) makes of them.", pairs)],
         ),
+        Section::new(
+            "Configuration",
+            vec![Block::Verbatim {
+                caption: "What was learned, as --baseline takes it".to_owned(),
+                text: replayed.baseline.to_toml().unwrap_or_default(),
+            }],
+        ),
     ];
     let title = format!("Thruster fault monitor: replay of {}", report.log.display());
     let footer = format!(

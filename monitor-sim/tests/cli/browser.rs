@@ -9,7 +9,7 @@ use std::time::Duration;
 use assert_cmd::Command;
 use serde::Deserialize;
 
-use crate::desk::Desk;
+use crate::desk::{Desk, SHORT};
 
 /// What came of it.
 #[derive(Deserialize)]
@@ -71,7 +71,8 @@ fn browser() -> Option<PathBuf> {
     given.or_else(|| named.flat_map(|name| directories.iter().map(move |d| d.join(name))).find(|path| path.is_file()))
 }
 
-/// The page of a short mission, opened at its second event and used; none without a browser.
+/// The page of a mission, opened at its fifth event and used; none without a browser. It is so long that a bin of a curve holds
+/// several samples.
 static SEEN: LazyLock<Option<Seen>> = LazyLock::new(|| {
     let Some(browser) = browser() else {
         // Not by a macro, whose output the test harness would keep to itself.
@@ -81,14 +82,14 @@ static SEEN: LazyLock<Option<Seen>> = LazyLock::new(|| {
         );
         return None;
     };
-    let desk = Desk::with_short();
-    desk.run("--scenario short.toml").success();
+    let desk = Desk::with("long.toml", &SHORT.replace("duration_s = 30.0", "duration_s = 70.0"));
+    desk.run("--scenario long.toml").success();
     let page = desk.read("monitor-out/mission.html");
     desk.write(
         "used.html",
         page.replace("</body>", &format!("<script>{}</script></body>", include_str!("browser.js"))),
     );
-    let address = format!("file://{}#event=2", desk.path("used.html").display());
+    let address = format!("file://{}#event=5", desk.path("used.html").display());
     let output = Command::new(browser)
         .args(["--headless", "--disable-gpu", "--no-sandbox", "--enable-logging=stderr", "--v=0", "--dump-dom"])
         .arg("--window-size=1200,900")
@@ -131,9 +132,9 @@ fn the_page_opens_without_a_word_on_the_console_and_every_picture_is_there() {
 #[test]
 fn a_link_to_an_event_and_the_events_button_show_where_it_was() {
     let Some(seen) = &*SEEN else { return };
-    assert_eq!(seen.whole, [0.0, 30.0]);
-    let around = |view: [f64; 2], event: f64| view[0] < event && event < view[1] && width(view) < 3.0;
-    assert!(around(seen.linked, seen.events[1]), "{:?}", seen.linked);
+    assert_eq!(seen.whole, [0.0, 70.0]);
+    let around = |view: [f64; 2], event: f64| view[0] < event && event < view[1] && width(view) < 3.01;
+    assert!(around(seen.linked, seen.events[4]) && !around(seen.linked, seen.events[3]), "{:?}", seen.linked);
     assert!(around(seen.visited, seen.events[0]), "{:?}", seen.visited);
     let told = seen.told.as_ref().unwrap();
     assert_eq!(told[0], format!("{:.3} s", seen.events[0]));
@@ -143,34 +144,41 @@ fn a_link_to_an_event_and_the_events_button_show_where_it_was() {
 #[test]
 fn a_zoomed_curve_has_more_points_than_the_same_stretch_of_the_drawn_one() {
     let Some(seen) = &*SEEN else { return };
-    let pixels = seen.visited.map(|t_s| 832.0 * t_s / 30.0);
+    let pixels = seen.visited.map(|t_s| 832.0 * t_s / 70.0);
     let before = seen.drawn.iter().filter(|x| (pixels[0]..pixels[1]).contains(x)).count();
     assert!(before > 10 && seen.zoomed > 10 * before, "{before} became {}", seen.zoomed);
+}
+
+/// Of the instant it was read at, each name with its unit has the value of the trace's column.
+fn assert_reads(read: &[String], columns: &[(&str, &str, &str)], trace: &str) {
+    let mut trace = csv::Reader::from_reader(trace.as_bytes());
+    let header = trace.headers().unwrap().clone();
+    let instant = read[0].trim_end_matches(" s");
+    let row = trace.records().map(Result::unwrap).find(|row| row[1].starts_with(instant)).unwrap();
+    for (name, unit, column) in columns {
+        let text = read.iter().find_map(|text| text.strip_prefix(name)?.strip_suffix(unit)).unwrap();
+        let shown: f64 = text.trim().parse().unwrap();
+        let traced: f64 = row[header.iter().position(|found| found == *column).unwrap()].parse().unwrap();
+        // Four digits.
+        assert!((shown - traced).abs() <= 6e-4 * traced.abs(), "{name}: {shown} is {traced}");
+    }
 }
 
 #[test]
 fn the_cross_hair_reads_what_the_trace_has_and_is_hidden_otherwise() {
     let Some(seen) = &*SEEN else { return };
-    let read = seen.hovered.as_ref().unwrap();
-    let instant = read[0].trim_end_matches(" s");
-    let row = seen.trace.lines().find(|row| row.split(',').nth(1).unwrap().starts_with(instant)).unwrap();
-    let traced: Vec<f64> = row.split(',').skip(2).take(4).map(|cell| cell.parse().unwrap()).collect();
-    let value = |of: &str, unit: &str| {
-        let value = read.iter().find_map(|text| text.strip_prefix(of)?.trim().strip_suffix(unit)).unwrap();
-        value.trim().parse::<f64>().unwrap()
-    };
-    let shown = [
-        value("speed set point", "rad/s"),
-        value("speed measured", "rad/s"),
-        value("current", "A"),
-        value("voltage", "V"),
+    let hovered = seen.hovered.as_ref().unwrap();
+    let channels = [
+        ("speed set point", "rad/s", "set_point"),
+        ("speed measured", "rad/s", "speed"),
+        ("current", "A", "current"),
+        ("voltage", "V", "voltage"),
     ];
-    for (shown, traced) in shown.iter().zip(&traced) {
-        assert!((shown - traced).abs() <= 6e-4 * traced.abs(), "{read:?} of {row}");
-    }
+    assert_reads(hovered, &channels, &seen.trace);
+    assert_reads(seen.told.as_ref().unwrap(), &[("fast: T²/limit", "", "severity_fast")], &seen.trace);
     let places: Vec<_> = seen.crosses.iter().map(|cross| cross.split(' ').next().unwrap()).collect();
     assert!(places.len() >= 19 && places.iter().all(|x| *x == "M499.2"), "{places:?}");
-    assert!(seen.stepped.as_ref().unwrap()[0] > read[0], "the keyboard moves it");
+    assert!(seen.stepped.as_ref().unwrap()[0] > hovered[0], "the keyboard moves it");
     assert!(seen.left.is_none() && seen.escaped.is_none());
 }
 
@@ -179,10 +187,10 @@ fn keys_the_mouse_and_fingers_change_the_view() {
     let Some(seen) = &*SEEN else { return };
     assert!((width(seen.nearer) - width(seen.visited) / 2.0).abs() < 1e-9, "{:?}", seen.nearer);
     assert!(seen.further[0] > seen.nearer[0] && (width(seen.further) - width(seen.nearer)).abs() < 1e-9);
-    assert!(close(seen.dragged, [7.5, 15.0]), "{:?}", seen.dragged);
-    // What was under the fingers at 0.4 and 0.6 of 30 s is under them at 0.2 and 0.8: 6 s are as wide as 0.6 of the picture.
-    assert!(close(seen.pinched, [10.0, 20.0]), "{:?}", seen.pinched);
-    assert!(close(seen.panned, [9.0, 19.0]), "{:?}", seen.panned);
+    assert!(close(seen.dragged, [17.5, 35.0]), "{:?}", seen.dragged);
+    // What was under the fingers at 0.4 and 0.6 of 70 s is under them at 0.2 and 0.8: 14 s are as wide as 0.6 of the picture.
+    assert!(close(seen.pinched, [23.33, 46.67]), "{:?}", seen.pinched);
+    assert!(close(seen.panned, [21.0, 44.33]), "{:?}", seen.panned);
 }
 
 #[test]
@@ -199,6 +207,6 @@ fn in_a_narrow_window_pictures_get_narrower_and_letters_stay_legible() {
 #[test]
 fn on_paper_the_page_stands_as_it_was_drawn() {
     let Some(seen) = &*SEEN else { return };
-    assert_eq!((seen.printed.view, seen.printed.points), ([0.0, 30.0], seen.drawn.len()));
+    assert_eq!((seen.printed.view, seen.printed.points), ([0.0, 70.0], seen.drawn.len()));
     assert!(seen.printed.read.is_none() && seen.printed.unfolded);
 }
