@@ -54,6 +54,20 @@ fn a_chart_says_what_its_script_needs_to_draw_it_anew() {
 }
 
 #[test]
+fn a_picture_of_a_long_run_with_many_events_is_no_larger_than_one_of_a_short_run() {
+    let mut signal = Envelope::default();
+    for k in 0..3_000_000 {
+        signal.push(f64::from(k) * 0.001, f64::from(k % 1000));
+        if k % 5000 == 0 {
+            signal.mark();
+        }
+    }
+    let axis = TimeAxis { range: (0.0, 3000.0), ..axis() };
+    let svg = time_chart(&chart(false, &signal), &axis).svg;
+    assert!(svg.len() < 190_000, "{} bytes", svg.len());
+}
+
+#[test]
 fn curves_are_drawn_between_pixels_where_the_samples_lie() {
     let mut signal = Envelope::default();
     (0..=140).for_each(|k| signal.push(f64::from(k), f64::from(k % 2)));

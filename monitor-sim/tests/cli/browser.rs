@@ -134,7 +134,8 @@ fn a_link_to_an_event_and_the_events_button_show_where_it_was() {
     let Some(seen) = &*SEEN else { return };
     assert_eq!(seen.whole, [0.0, 70.0]);
     let around = |view: [f64; 2], event: f64| view[0] < event && event < view[1] && width(view) < 3.01;
-    assert!(around(seen.linked, seen.events[4]) && !around(seen.linked, seen.events[3]), "{:?}", seen.linked);
+    // A third of the view lies before it: a second.
+    assert!(close(seen.linked, [seen.events[4] - 1.0, seen.events[4] + 2.0]), "{:?}", seen.linked);
     assert!(around(seen.visited, seen.events[0]), "{:?}", seen.visited);
     let told = seen.told.as_ref().unwrap();
     assert_eq!(told[0], format!("{:.3} s", seen.events[0]));
@@ -146,7 +147,7 @@ fn a_zoomed_curve_has_more_points_than_the_same_stretch_of_the_drawn_one() {
     let Some(seen) = &*SEEN else { return };
     let pixels = seen.visited.map(|t_s| 832.0 * t_s / 70.0);
     let before = seen.drawn.iter().filter(|x| (pixels[0]..pixels[1]).contains(x)).count();
-    assert!(before > 10 && seen.zoomed > 10 * before, "{before} became {}", seen.zoomed);
+    assert!(before > 10 && seen.zoomed > 15 * before, "{before} became {}", seen.zoomed);
 }
 
 /// Of the instant it was read at, each name with its unit has the value of the trace's column.
