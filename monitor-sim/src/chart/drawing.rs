@@ -19,6 +19,8 @@ const TICKS: f64 = 26.0;
 const NAME: f64 = 22.0;
 /// From the middle of a line of text to its base.
 const BASE: f64 = 5.0;
+/// About the width of a letter, where it must be known before a browser measures it.
+const LETTER: f64 = 8.0;
 
 /// A picture being drawn.
 #[derive(Debug)]
@@ -28,12 +30,20 @@ pub(super) struct Drawing {
     around: String,
     plot_height: f64,
     height: f64,
+    /// How far the names above the plot reach.
+    named_to: f64,
 }
 
 impl Drawing {
     /// A picture with an empty plot of this height.
     pub(super) fn new(plot_height: f64) -> Self {
-        Drawing { plot: String::new(), around: String::new(), plot_height, height: TOP + plot_height + TICKS }
+        Drawing {
+            plot: String::new(),
+            around: String::new(),
+            plot_height,
+            height: TOP + plot_height + TICKS,
+            named_to: 0.0,
+        }
     }
 
     /// Puts an element into the plot.
@@ -100,8 +110,15 @@ impl Drawing {
 
     /// A name above the plot, for what reaches from `from` to `to` in it; the element gets these `attributes`.
     pub(super) fn name_above(&mut self, (from, to): (f64, f64), attributes: &str, name: &str) {
-        let (x, y, name) = (px(LEFT + (from + to) / 2.0), TOP - 7.0, escaped(name));
-        let _ = writeln!(self.around, "<text class=\"mid\" {attributes} x=\"{x}\" y=\"{y}\">{name}</text>");
+        let half = 0.5 * LETTER * name.chars().count() as f64;
+        let middle = (LEFT + (from + to) / 2.0).min(WIDTH - half).max(half);
+        // A name without room waits for a view in which it has some.
+        let hidden = if middle - half < self.named_to { " visibility=\"hidden\"" } else { "" };
+        if hidden.is_empty() {
+            self.named_to = middle + half + LETTER;
+        }
+        let (x, y, name) = (px(middle), TOP - 7.0, escaped(name));
+        let _ = writeln!(self.around, "<text class=\"mid\" {attributes} x=\"{x}\" y=\"{y}\"{hidden}>{name}</text>");
     }
 
     /// A name under the plot.
@@ -116,7 +133,7 @@ impl Drawing {
 
     /// The picture. `alternative` says in words what it shows; `attributes` and `of_plot` are for the page's script.
     pub(super) fn finish(self, alternative: &str, attributes: &str, of_plot: &str) -> String {
-        let Drawing { plot, around, plot_height, height } = self;
+        let Drawing { plot, around, plot_height, height, .. } = self;
         let alternative = escaped(alternative);
         let under = TOP + plot_height;
         format!(

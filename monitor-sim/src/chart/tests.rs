@@ -46,7 +46,7 @@ fn a_chart_says_what_its_script_needs_to_draw_it_anew() {
     for said in [
         "data-name=\"T²\" data-unit=\"1\"",
         "data-low=\"-49.95\" data-high=\"1048.95\"",
-        "data-from=\"20\" data-to=\"40\"",
+        "data-name=\"F1 &lt;cord&gt;\" data-from=\"20\" data-to=\"40\"",
     ] {
         assert!(plot.contains(said), "{said}");
     }
@@ -73,6 +73,18 @@ fn curves_are_drawn_between_pixels_where_the_samples_lie() {
     (0..=140).for_each(|k| signal.push(f64::from(k), f64::from(k % 2)));
     // 832 pixels hold 140 s: six each, and not quite.
     assert!(curve(&time_chart(&chart(false, &signal), &axis()).svg).starts_with("M0 198.5L5.9 9.5L11.9 198.5"));
+}
+
+#[test]
+fn names_of_what_is_shaded_never_lie_on_each_other_or_leave_the_picture() {
+    let band = |from, to, label: &str| Band { from, to, label: label.to_owned() };
+    let bands = vec![band(0.0, 1.0, "the first"), band(1.0, 2.0, "the second"), band(139.0, 140.0, &"long ".repeat(9))];
+    let axis = TimeAxis { bands, ..axis() };
+    let svg = logic_chart(&[], &axis).svg;
+    let names: Vec<&str> = svg.split("<text").skip(1).filter(|text| text.contains("data-from")).collect();
+    let hidden: Vec<bool> = names.iter().map(|name| name.contains("visibility=\"hidden\"")).collect();
+    assert_eq!(hidden, [false, true, false]);
+    assert!(names[2].contains(" x=\"820\""), "{}", names[2]);
 }
 
 #[test]

@@ -127,7 +127,10 @@ fn bands(drawing: &mut Drawing, axis: &TimeAxis) {
         let (start, end) = (PLOT_WIDTH * time.share(band.from), PLOT_WIDTH * time.share(band.to));
         let interval = format!("data-from=\"{}\" data-to=\"{}\"", band.from.max(from), band.to.min(to));
         let (x, wide) = (px(start), px(end - start));
-        drawing.draw(&format!("<rect class=\"band\" {interval} x=\"{x}\" width=\"{wide}\" height=\"100%\"/>"));
+        let name = escaped(&band.label);
+        drawing.draw(&format!(
+            "<rect class=\"band\" data-name=\"{name}\" {interval} x=\"{x}\" width=\"{wide}\" height=\"100%\"/>"
+        ));
         drawing.name_above((start, end), &interval, &band.label);
     }
 }

@@ -48,7 +48,8 @@ const rowOf = path => {
 const pictureOf = svg => {
   const plot = svg.querySelector(".plot"), field = plot.querySelector(".field");
   const ticks = svg.querySelector(".ticks"), drawnTicks = [...ticks.children], abscissa = svg.querySelector(".abscissa");
-  const bands = [...plot.querySelectorAll(".band")], labels = [...svg.querySelectorAll("text[data-from]")];
+  const bands = [...plot.querySelectorAll(".band")];
+  const labels = [...svg.querySelectorAll("text[data-from]")].map(text => ({ text, half: text.getComputedTextLength() / 2 }));
   const drawnView = svg.viewBox.baseVal.width, drawnWidth = plot.width.baseVal.value;
   const height = plot.height.baseVal.value, left = plot.x.baseVal.value, beside = drawnView - drawnWidth;
   let width = drawnWidth;
@@ -94,10 +95,13 @@ const pictureOf = svg => {
         band.setAttribute("x", inside(band.dataset.from));
         band.setAttribute("width", inside(band.dataset.to) - inside(band.dataset.from));
       }
-      for (const label of labels) {
-        const from = inside(label.dataset.from), to = inside(label.dataset.to);
-        label.setAttribute("x", left + (from + to) / 2);
-        label.style.display = from < to ? "" : "none";
+      let named = 0;
+      for (const { text, half } of labels) {
+        const from = inside(text.dataset.from), to = inside(text.dataset.to);
+        const middle = Math.max(Math.min(left + (from + to) / 2, beside + width - half), half), room = from < to && middle - half >= named;
+        text.setAttribute("x", middle);
+        text.setAttribute("visibility", room ? "visible" : "hidden");
+        if (room) named = middle + half + 8;
       }
       ticks.replaceChildren(...whole ? drawnTicks : ticksBetween(a, b, x));
     },
@@ -109,10 +113,12 @@ const pictureOf = svg => {
       picked.setAttribute("width", Math.abs(to - from));
     },
     read(t) {
+      const within = bands.filter(({ dataset: { from, to } }) => +from <= t && t < +to).map(band => band.dataset.name);
       const named = curve => (curves.length > 1 ? `${name} ${curve.name}` : name);
       const values = curves.map(curve => `${named(curve)} ${curve.read(t)}${unit && unit !== "1" ? " " + unit : ""}`);
       const stand = rows.filter(row => row.holds(t)).map(row => row.name);
-      return rows.length ? [...values, stand.join(", ") || "nothing stands"] : values;
+      if (rows.length) values.push(stand.join(", ") || "nothing stands");
+      return [...within, ...values];
     },
   };
 };

@@ -20,7 +20,8 @@ const together = svgs => {
     // What a mouse passes over is not read to who cannot see it.
     readOut.ariaLive = aloud ? "polite" : "off";
     const digits = Math.min(Math.max(0, Math.ceil(-Math.log10((b - a) / width()))), 6);
-    const values = pictures.filter(p => p.svg.parentElement === figure).flatMap(p => p.read(marked));
+    // What is shaded is shaded in each of them.
+    const values = new Set(pictures.filter(p => p.svg.parentElement === figure).flatMap(p => p.read(marked)));
     readOut.replaceChildren();
     for (const text of [`${marked.toFixed(digits)} s`, ...values]) make("span", readOut, {}).textContent = text;
   };
