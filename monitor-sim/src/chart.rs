@@ -4,12 +4,12 @@
 //! attributes what they show, so that the page's style sheet gives them the colours of each theme ([`STYLE`]) and its script
 //! can draw them anew for a shorter stretch of time. Legends are made of HTML above a picture, so that they never cover data.
 
-mod bars;
-mod codes;
-mod drawing;
-mod points;
 mod scale;
+mod drawing;
+mod codes;
 mod time;
+mod bars;
+mod points;
 
 use crate::envelope::Envelope;
 use crate::intervals::Interval;

@@ -2,6 +2,7 @@
 
 use crate::chart::{Band, Picture, Series, TimeAxis, TimeChart, time_chart};
 use crate::envelope::Envelope;
+use crate::log::ColumnRef;
 use crate::page::Block;
 use crate::record::Signals;
 use crate::replay::Source;
@@ -14,6 +15,17 @@ const LISTED_ALARMS: usize = 200;
 
 fn figure(caption: &str, pictures: Vec<Picture>) -> Block {
     Block::Figure { caption: caption.to_owned(), pictures }
+}
+
+/// How the log was read, in the words of the command line.
+fn how_it_was_read(source: &Source) -> Block {
+    let channel = |(name, column): &(String, ColumnRef)| format!("--channel {name}={column}");
+    let set_point = source.set_point.iter().map(|column| format!("--set-point {column}"));
+    let injections = source.injections.iter().map(|injection| format!("--inject {injection}"));
+    let given = [source.path.display().to_string(), format!("--rate-hz {}", source.rate_hz)].into_iter();
+    let lines: Vec<String> =
+        given.chain(source.channels.iter().map(channel)).chain(set_point).chain(injections).collect();
+    Block::Verbatim { caption: "Log".to_owned(), text: lines.join("\n") }
 }
 
 /// The axis of a log, with what was learned from and what was added to it.

@@ -2,7 +2,7 @@
 
 use std::iter;
 
-use super::{LISTED_ALARMS, axis, channels, figure};
+use super::{LISTED_ALARMS, axis, channels, figure, how_it_was_read};
 use crate::mission_page::contributions;
 use crate::mission_page::guard::{severities, timeline};
 use crate::page::{Block, Page, Section};
@@ -46,7 +46,10 @@ pub fn page(replay: &Replay, replayed: &Replayed) -> String {
                 watched,
             )],
         ),
-        Section::new("Configuration", vec![Block::Verbatim { caption: "Monitor".to_owned(), text: settings }]),
+        Section::new(
+            "Configuration",
+            vec![how_it_was_read(&replay.source), Block::Verbatim { caption: "Monitor".to_owned(), text: settings }],
+        ),
     ];
     let title = format!("Thruster fault monitor: replay of {}", report.log.display());
     let footer = format!(

@@ -2,7 +2,7 @@
 
 use std::iter;
 
-use super::{LISTED_ALARMS, axis, channels, figure};
+use super::{LISTED_ALARMS, axis, channels, figure, how_it_was_read};
 use crate::chart::{LogicRow, Series, TimeChart, in_seconds, logic_chart, time_chart};
 use crate::mission_page::contributions;
 use crate::mission_page::paper::{components, pair_pictures};
@@ -62,10 +62,13 @@ pub fn page(replay: &Replay, replayed: &Replayed) -> String {
         ),
         Section::new(
             "Configuration",
-            vec![Block::Verbatim {
-                caption: "What was learned, as --baseline takes it".to_owned(),
-                text: replayed.baseline.to_toml().unwrap_or_default(),
-            }],
+            vec![
+                how_it_was_read(&replay.source),
+                Block::Verbatim {
+                    caption: "What was learned, as --baseline takes it".to_owned(),
+                    text: replayed.baseline.to_toml().unwrap_or_default(),
+                },
+            ],
         ),
     ];
     let title = format!("Thruster fault monitor: replay of {}", report.log.display());

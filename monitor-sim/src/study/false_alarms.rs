@@ -59,14 +59,14 @@ pub(super) fn calibration_steps(limits: &Limits, asked: &Asked, scenario: &Scena
     if limits.thresholds.is_some() { asked.calibration_runs * run.round() as u64 } else { 0 }
 }
 
-/// The motors with most alarms, if they had any.
+/// The motors with most alarms, if they had any; they are counted from 1, in the order of the rows for machines.
 fn noisiest(units: &[MotorAlarms], hours_of: impl Fn(&MotorAlarms) -> f64) -> Vec<Range> {
-    let mut noisy: Vec<&MotorAlarms> = units.iter().filter(|unit| unit.alarms.begun > 0).collect();
-    noisy.sort_by_key(|unit| std::cmp::Reverse(unit.alarms.begun));
-    let range = |unit: &MotorAlarms| {
+    let mut noisy: Vec<(usize, &MotorAlarms)> = (1..).zip(units).filter(|(_, unit)| unit.alarms.begun > 0).collect();
+    noisy.sort_by_key(|(_, unit)| std::cmp::Reverse(unit.alarms.begun));
+    let range = |(n, unit): (usize, &MotorAlarms)| {
         let hours = hours_of(unit);
         let [low, high] = interval(unit.alarms.begun).map(|count| count / hours);
-        let name = format!("seed {:x}", unit.motor_seed);
+        let name = format!("motor {n}");
         Range { name, ends: (low, high), half: None, middle: unit.alarms.begun as f64 / hours }
     };
     noisy.into_iter().take(PICTURED_MOTORS).map(range).collect()

@@ -65,10 +65,12 @@ struct Printed {
 
 /// Chromium, if there is one.
 fn browser() -> Option<PathBuf> {
-    let given = env::var_os("CHROMIUM").map(PathBuf::from);
-    let directories: Vec<PathBuf> = env::split_paths(&env::var_os("PATH")?).collect();
-    let named = ["chromium", "chromium-browser", "google-chrome"].into_iter();
-    given.or_else(|| named.flat_map(|name| directories.iter().map(move |d| d.join(name))).find(|path| path.is_file()))
+    let given = env::var_os("CHROMIUM").filter(|path| !path.is_empty()).map(PathBuf::from);
+    given.or_else(|| {
+        let directories: Vec<PathBuf> = env::split_paths(&env::var_os("PATH")?).collect();
+        let named = ["chromium", "chromium-browser", "google-chrome"].into_iter();
+        named.flat_map(|name| directories.iter().map(move |d| d.join(name))).find(|path| path.is_file())
+    })
 }
 
 /// The page of a mission, opened at its fifth event and used; none without a browser. It is so long that a bin of a curve holds

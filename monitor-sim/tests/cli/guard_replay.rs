@@ -58,6 +58,7 @@ fn page_trace_and_tables_go_where_they_are_sent() {
     let page = desk.read("results/replay.html");
     assert!(page.matches("role=\"img\"").count() >= 9 && !page.contains("://"));
     for told in [
+        "--rate-hz 50\n--channel speed=speed\n",
         "data-name=\"learning\" data-spans=\"5 25\"",
         "data-name=\"monitoring\" data-spans=\"25 60\"",
         "%. 35.00 s: speed ",
