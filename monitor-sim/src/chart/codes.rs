@@ -83,6 +83,13 @@ mod tests {
         assert!(read.iter().zip([0.0, 2.0, 4.0]).all(|(read, y)| (read - y).abs() < 1e-5), "{read:?}");
     }
 
+    #[test]
+    fn what_has_no_logarithm_does_not_blur_what_has_one() {
+        let read = read(&attributes(&signal(&[-1.0, 0.0, 1e-300, 2.0]), Scale::decades(0.1, 10.0)));
+        assert_eq!(read[..3], [-7.0; 3]);
+        assert!((read[3] - 2_f64.log10()).abs() < 1e-4, "{read:?}");
+    }
+
     proptest! {
         #[test]
         fn any_value_is_read_back_to_a_250_000th_of_the_range(values in prop::collection::vec(-1e3..1e3_f64, 1..200)) {

@@ -78,10 +78,8 @@ impl Drawing {
         let _ = write!(self.around, "<g class=\"ticks\" transform=\"translate({LEFT} {under})\">");
         for (value, label) in scale.ticks(8) {
             let x = px(PLOT_WIDTH * scale.share(value));
-            let _ = write!(
-                self.around,
-                "<g transform=\"translate({x})\"><path class=\"axis\" d=\"M0 0v5\"/><text class=\"mid\" y=\"20\">{label}</text></g>"
-            );
+            let tick = format!("<path class=\"axis\" d=\"M0 0v5\"/><text class=\"mid\" y=\"20\">{label}</text>");
+            let _ = write!(self.around, "<g transform=\"translate({x})\">{tick}</g>");
         }
         self.around += "</g>\n";
         if let Some(name) = name {

@@ -28,7 +28,14 @@ impl Scale {
 
     /// Where a value lies on the axis.
     pub(super) fn place(self, value: f64) -> f64 {
-        if self.log { value.max(f64::MIN_POSITIVE).log10() } else { value }
+        // What is not above zero has no logarithm, and NaN gives way to the floor.
+        if self.log { value.log10().max(self.floor()) } else { value }
+    }
+
+    /// What lies deeper on a logarithmic axis, or has no place on it at all, is here: far below its lower end, but not so far
+    /// that nothing is left to tell the other values apart by.
+    pub(super) fn floor(self) -> f64 {
+        self.low - 6.0
     }
 
     /// Where a value lies, from 0 at the lower end to 1 at the upper; what is beyond an end is at it.

@@ -49,7 +49,7 @@ pub fn time_chart(chart: &TimeChart, axis: &TimeAxis) -> Picture {
         escaped(chart.unit),
         scale.low,
         scale.high,
-        if scale.log { " data-log" } else { "" }
+        if scale.log { format!(" data-floor=\"{}\"", scale.floor()) } else { String::new() }
     );
     let svg = drawing.finish(&format!("{label}, over time: {}", words.join(", ")), &over_time(axis), &of_plot);
     Picture { svg, legend }
@@ -74,8 +74,9 @@ pub fn logic_chart(rows: &[LogicRow], axis: &TimeAxis) -> Picture {
             let _ = write!(path, "M{} {bar}h{}v{BAR}h-{1}z", px(x), px(wide));
         }
         let (class, name, spans) = (series_class(row.colour), escaped(&row.name), spans(&row.intervals));
+        let told = format!("data-name=\"{name}\" data-spans=\"{spans}\" data-top=\"{bar}\" data-height=\"{BAR}\"");
         drawing.draw(&format!(
-            "<path class=\"solid {class}\" data-name=\"{name}\" data-spans=\"{spans}\" data-top=\"{bar}\" data-height=\"{BAR}\" d=\"{path}\"/>\
+            "<path class=\"solid {class}\" {told} d=\"{path}\"/>\
              <path class=\"grid\" d=\"M0 {}h{PLOT_WIDTH}\"/>",
             top + ROW
         ));

@@ -54,8 +54,10 @@ const pictureOf = svg => {
   const height = plot.height.baseVal.value, left = plot.x.baseVal.value, beside = drawnView - drawnWidth;
   let width = drawnWidth;
 
-  const { low, high, log, name, unit } = plot.dataset;
-  const shown = value => number(log === undefined ? value : 10 ** value);
+  // A logarithmic ordinate has a floor, which is as deep as its values are told.
+  const { low, high, floor, name, unit } = plot.dataset;
+  const power = value => (value > floor ? number(10 ** value) : `below ${number(10 ** floor)}`);
+  const shown = floor === undefined ? number : power;
   const y = value => (height * Math.min(Math.max(1 - (value - low) / (high - low), 0), 1)).toFixed(1);
   const curves = [...plot.querySelectorAll(".curve")].map(path => curveOf(path, y, shown));
   const rows = [...plot.querySelectorAll("[data-spans]")].map(rowOf);
@@ -98,7 +100,8 @@ const pictureOf = svg => {
       let named = 0;
       for (const { text, half } of labels) {
         const from = inside(text.dataset.from), to = inside(text.dataset.to);
-        const middle = Math.max(Math.min(left + (from + to) / 2, beside + width - half), half), room = from < to && middle - half >= named;
+        const middle = Math.max(Math.min(left + (from + to) / 2, beside + width - half), half);
+        const room = from < to && middle - half >= named;
         text.setAttribute("x", middle);
         text.setAttribute("visibility", room ? "visible" : "hidden");
         if (room) named = middle + half + 8;

@@ -1,12 +1,15 @@
 // Uses the page as a reader would, and leaves what came of it in the document.
 (() => {
   const seen = {};
-  const figure = name => [...document.querySelectorAll("[role=group]")].find(f => f.querySelector(`.plot[data-name="${name}"]`));
-  const speed = figure("speed"), plot = speed.querySelector(".plot"), curve = plot.querySelector(".curve");
+  const plot = document.querySelector(".plot[data-name=speed]"), curve = plot.querySelector(".curve");
+  const speed = plot.closest("[role=group]");
   const view = () => speed.dataset.view.split("..").map(Number);
   const box = () => plot.querySelector(".field").getBoundingClientRect();
   const clientX = share => box().left + share * box().width;
-  const point = (type, share, more = {}) => speed.dispatchEvent(new PointerEvent(type, { bubbles: true, clientX: clientX(share), clientY: box().top + 9, pointerType: "mouse", ...more }));
+  const point = (type, share, more = {}) => {
+    const at = { clientX: clientX(share), clientY: box().top + 9, pointerType: "mouse" };
+    speed.dispatchEvent(new PointerEvent(type, { bubbles: true, ...at, ...more }));
+  };
   const press = (key, more = {}) => speed.dispatchEvent(new KeyboardEvent("keydown", { bubbles: true, key, ...more }));
   const readOut = document.querySelector("output");
   const read = () => (readOut.hidden ? null : [...readOut.children].map(part => part.textContent));
@@ -15,7 +18,8 @@
   seen.linked = view();
   seen.pictures = [...document.querySelectorAll("svg[role=img]")].map(svg => {
     const marks = [...svg.querySelectorAll(".curve, .solid")].map(mark => mark.getBBox());
-    return { alternative: svg.getAttribute("aria-label"), width: svg.getBoundingClientRect().width, drawn: marks.some(b => b.width > 1) };
+    const { width } = svg.getBoundingClientRect();
+    return { alternative: svg.getAttribute("aria-label"), width, drawn: marks.some(mark => mark.width > 1) };
   });
 
   press("0");
@@ -63,10 +67,12 @@
 
   document.body.style.width = "400px";
   dispatchEvent(new Event("resize"));
-  seen.narrow = { letters: 14 * plot.ownerSVGElement.getScreenCTM().a, scrolls: speed.scrollWidth > speed.clientWidth, points: points().length };
+  const letters = 14 * plot.ownerSVGElement.getScreenCTM().a;
+  seen.narrow = { letters, scrolls: speed.scrollWidth > speed.clientWidth, points: points().length };
 
   dispatchEvent(new Event("beforeprint"));
-  seen.printed = { view: view(), points: points().length, read: read(), unfolded: document.querySelectorAll("details:not([open])").length === 0 };
+  const unfolded = document.querySelectorAll("details:not([open])").length === 0;
+  seen.printed = { view: view(), points: points().length, read: read(), unfolded };
 
   const result = document.createElement("pre");
   result.id = "seen";
