@@ -84,6 +84,12 @@ mod tests {
     }
 
     #[test]
+    fn the_script_reads_the_digits_that_are_written() {
+        let script = include_str!("../page/signal.js");
+        assert!(script.contains(&format!("charCodeAt(at) - {ZERO}")) && script.contains("gap = 2 ** 18 - 1"));
+    }
+
+    #[test]
     fn what_has_no_logarithm_does_not_blur_what_has_one() {
         let read = read(&attributes(&signal(&[-1.0, 0.0, 1e-300, 2.0]), Scale::decades(0.1, 10.0)));
         assert_eq!(read[..3], [-7.0; 3]);

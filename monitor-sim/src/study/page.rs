@@ -19,6 +19,8 @@ pub fn page(report: &Report) -> String {
         "monitor-sim {}, {} units, {:.2e} control periods. Simulated motors; nothing here ran on silicon.",
         report.version, report.units, report.steps as f64
     );
+    let in_tables = || format!("{} units of work; the tables tell what they found.", report.units);
+    let summary = if report.summary.is_empty() { in_tables() } else { report.summary.clone() };
     let title = format!("Thruster fault monitor: study {}", report.study);
-    Page { title, summary: report.summary.clone(), sections, footer }.to_html()
+    Page { title, summary, sections, footer }.to_html()
 }

@@ -69,8 +69,9 @@ fn the_tables_the_page_and_the_trace_say_the_same_of_a_mission() {
         let section = page.split("<h2>").find(|section| section.starts_with(heading));
         assert!(section.unwrap_or_else(|| panic!("no {heading}")).contains("<svg"), "{heading} has no picture");
     }
-    // Bins of two samples, and behind them the samples around events.
-    for told in [" 2 15000;", "data-name=\"learning\" data-spans=\"", "contribution, %. 15.00 s: speed "] {
+    // Three channels and the distances of three flights, in bins of two samples and behind them the samples around events.
+    assert_eq!(page.matches(" 2 15000;").count(), 15);
+    for told in ["data-name=\"learning\" data-spans=\"", "contribution, %. 15.00 s: speed "] {
         assert!(page.contains(told), "{told}");
     }
     assert!(page.len() < 3_000_000, "a page of {} bytes", page.len());

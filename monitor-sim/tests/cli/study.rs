@@ -68,6 +68,8 @@ fn a_page_pictures_what_a_study_found() {
     let few = "--seeds 1 --calibration-runs 2 --calibration-judged 20 --mode paper";
     stdout(&desk, &format!("study delay --sizes 1,2 {few} --page d.html"));
     assert_page(&desk, "d.html", &["Lorden's bound</li>", "F1 load torque: 1.000, ", "F3 current sensor: 2.000, "]);
+    stdout(&desk, "study localization --motors 1 --sizes 8 --faults paper --mode paper --page l.html");
+    assert_page(&desk, "l.html", &["the tables tell what they found", "<table>"]);
     stdout(&desk, &format!("study ramp {few} --page r.html"));
     assert_page(
         &desk,
