@@ -8,6 +8,10 @@ use crate::moments::{Moments, Statistics};
 use crate::sample::Channel;
 use crate::set_point::{GateError, SetPointGate};
 
+/// Share of the false alarms that each time scale may make. The quicker ones get most: a limit that is lower by a given factor
+/// saves them the larger part of their delay, as a sweep over Lorden's ratio shows (`GUARD.md`).
+const SHARES: [f32; SCALES] = [0.35, 0.35, 0.2, 0.1];
+
 /// Settings of a monitor in `guard` mode. All of them are fixed before the first sample; [`Config::at_rate`] is what most
 /// boards need.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,7 +48,7 @@ pub struct Config {
 
 impl Config {
     /// Settings for a sampling rate: one false alarm in a hundred hours; 2 s to settle, twice 1 s to seed, 15 s to learn;
-    /// time scales of 5.5 ms, 75 ms, 2 s and 15 s.
+    /// time scales of 7.5 ms, 75 ms, 2 s and 15 s.
     #[must_use]
     pub const fn at_rate(sample_rate_hz: f32) -> Self {
         Config {
@@ -54,7 +58,7 @@ impl Config {
             seed_s: 1.0,
             learn_s: 15.0,
             set_point_tolerance: 0.0,
-            time_constants_s: [0.0055, 0.075, 2.0, 15.0],
+            time_constants_s: [0.0075, 0.075, 2.0, 15.0],
             converter_steps: [0.0; 3],
             memory_s: 600.0,
             drift_sigmas: 0.5,
@@ -120,7 +124,7 @@ pub struct Design {
     pub(super) floors: [f32; 3],
     /// What the largest distance of as many samples as are learned from reaches once in twenty times, in limits.
     pub(super) expected_peaks: [f32; TREND],
-    /// Samples between two false alarms of one time scale.
+    /// Samples between two false alarms.
     pub(super) interval_samples: f32,
     pub(super) sample_rate_hz: f32,
     pub(super) seed_slots: u32,
@@ -179,7 +183,7 @@ impl Design {
             ],
             floors,
             expected_peaks: [1.0; TREND],
-            interval_samples: SCALES as f32 * 3600.0 * rate / config.false_alarms_per_hour,
+            interval_samples: 3600.0 * rate / config.false_alarms_per_hour,
             sample_rate_hz: rate,
             seed_slots,
             learn_slots,
@@ -189,9 +193,13 @@ impl Design {
             latch: config.latch,
         };
         let proof = 20.0 * learn_slots as f32;
-        for (scale, expected) in design.scales.iter().zip(&mut design.expected_peaks) {
-            let limit = |interval| smoothed_t2_limit(scale, 3, 1e6, interval).map_err(|_| ConfigError::FalseAlarmRate);
-            *expected = limit(proof)? / limit(design.interval_samples)?;
+        for (place, scale) in design.scales.iter().enumerate().take(TREND) {
+            let refused = |_| ConfigError::FalseAlarmRate;
+            let reached = smoothed_t2_limit(scale, 3, 1e6, proof).map_err(refused)?;
+            let limit = design.limit(place, 1e6).map_err(refused)?;
+            if let Some(expected) = design.expected_peaks.get_mut(place) {
+                *expected = reached / limit;
+            }
         }
         design.limit(TREND, 1e6).map_err(|_| ConfigError::FalseAlarmRate)?;
         Ok(design)
@@ -210,9 +218,9 @@ impl Design {
 
     /// The limit of the time scale at this place, whose covariance was learned with so many degrees of freedom.
     pub(super) fn limit(&self, place: usize, degrees_of_freedom: f32) -> Result<f32, LimitError> {
-        let scale = self.scales.get(place).ok_or(LimitError::Retained)?;
+        let (scale, share) = self.scales.get(place).zip(SHARES.get(place)).ok_or(LimitError::Retained)?;
         let stride = if place == TREND { PERIOD as f32 } else { 1.0 };
-        smoothed_t2_limit(scale, 3, degrees_of_freedom, self.interval_samples / stride)
+        smoothed_t2_limit(scale, 3, degrees_of_freedom, self.interval_samples / (share * stride))
     }
 
     /// Variance of each time scale over that of its samples, if those are independent.
