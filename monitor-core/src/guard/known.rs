@@ -75,6 +75,11 @@ impl Known {
         [a + x, b + y, c + z]
     }
 
+    #[cfg(test)]
+    pub(super) const fn is_unproven(&self) -> bool {
+        self.unproven > 0
+    }
+
     /// The reciprocal of the limit that a scale is judged by. Until it is proven it is a wider one.
     #[inline(always)]
     pub(super) fn judged_by(&self, per_limit: f32) -> f32 {
@@ -114,9 +119,10 @@ impl Known {
         }
     }
 
-    /// A period has gone by.
+    /// A period has gone by. Behind a disturbance the proof begins again, for its peaks do too.
     #[inline(always)]
-    pub(super) const fn prove(&mut self) {
-        self.unproven = self.unproven.saturating_sub(PERIOD);
+    pub(super) fn prove(&mut self, design: &Design, disturbed: Flag) {
+        let again = disturbed & Flag::any(self.unproven);
+        self.unproven = again.choose_word(design.learn_slots, self.unproven.saturating_sub(PERIOD));
     }
 }
