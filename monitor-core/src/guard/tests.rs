@@ -2,6 +2,7 @@
 
 use super::*;
 
+mod lorden;
 mod set_points;
 
 extern crate std;
