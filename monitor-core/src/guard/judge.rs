@@ -134,7 +134,7 @@ impl Judge {
         self.follow(design, keep, recovering, deviation);
         self.look_at_fault(design, rules, count, now & !recovering & Flag::negative(over), &images);
         verdict.severity = severity;
-        self.learn(design, count, now | recovering, held, &verdict.severity);
+        self.learn(design, count, now | recovering, held, square(images.fast), &verdict.severity);
         verdict.alarm_since = new.choose_long(verdict.sample, verdict.alarm_since);
         let named = Flag::reached(self.still, rules.named_after);
         verdict.standing =
@@ -233,14 +233,17 @@ impl Judge {
         self.disturbed = self.disturbed | again; // the trend remembers a fault that has moved
     }
 
-    /// What is learned while judging: the tail of each distance, one a slot; mean and metrics; which channel the metrics do
-    /// without.
+    /// What is learned while judging: the tail of a distance, one a slot; mean and metrics; which channel the metrics do without.
     #[inline(always)]
-    fn learn(&mut self, design: &Design, count: u32, disturbed: Flag, held: Flag, severity: &[f32; SCALES]) {
-        let scale = (count % ROUND) as usize;
-        if let Some((peak, severity)) = self.known.peak.get_mut(scale).zip(severity.get(scale)) {
-            // What raises an alarm is no tail, nor is what came before it.
-            *peak = (!disturbed).or_zero(greater(*peak, *severity));
+    fn learn(&mut self, design: &Design, count: u32, disturbed: Flag, held: Flag, fast: f32, severity: &[f32; SCALES]) {
+        let [_, middle, slow, _] = severity;
+        let [peak_of_middle, peak_of_slow] = &mut self.known.peak;
+        // What raises an alarm is no tail, nor is what came before it.
+        match count % ROUND {
+            0 => self.known.exceed(disturbed | held, fast),
+            1 => *peak_of_middle = (!disturbed).or_zero(greater(*peak_of_middle, *middle)),
+            2 => *peak_of_slow = (!disturbed).or_zero(greater(*peak_of_slow, *slow)),
+            _ => {}
         }
         let turn = count % PERIOD;
         if turn < TURNS {
@@ -334,6 +337,12 @@ impl Judge {
         let young = self.gain / of_middle.weight();
         let settled_to = SETTLED_TO + (SETTLED_TO_AT_FIRST - SETTLED_TO) * young.min(1.0);
         (self.estimate, self.noise(&metric_of_slow.metric, more, settled_to))
+    }
+
+    /// The noise of the slow scale, which a fault is located by once it has stood for long.
+    pub(super) fn noise_of_slow(&self) -> Noise {
+        let [_, _, slow, _] = &self.known.model.scales;
+        self.noise(&slow.metric, 1.0, SETTLED_TO)
     }
 
     /// So many times the variance that a metric is of.

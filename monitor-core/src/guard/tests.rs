@@ -317,6 +317,24 @@ fn two_faults_at_once_are_an_alarm_and_leave_a_healthy_monitor_behind() {
 }
 
 #[test]
+fn an_encoder_whose_reading_seldom_changes_by_a_step_makes_no_more_alarms_than_were_asked_for() {
+    let step = 15.0 * SIGMA[0];
+    for (known_step, spared_s) in [(step, 0), (0.0, 300)] {
+        let asked = Config { false_alarms_per_hour: 6.0, converter_steps: [known_step, 0.0, 0.0], ..config() };
+        let mut watch = Watch::new(&asked, 34);
+        let generator = core::cell::RefCell::new(Motor::new(35));
+        let edges = |_: u32, [_, b, c]: [f32; 3]| {
+            let early = generator.borrow_mut().uniform() < 0.08;
+            [MEAN[0] + if early { step } else { 0.0 }, b, c]
+        };
+        watch.run(6_000 + spared_s * 1000, edges);
+        let verdicts = watch.run(600_000, edges);
+        let alarms = verdicts.windows(2).filter(|pair| !pair[0].alarm() && pair[1].alarm()).count();
+        assert!(alarms <= 3, "{alarms} alarms in ten minutes, with a step of {known_step}");
+    }
+}
+
+#[test]
 fn limits_are_proven_by_healthy_slots_alone() {
     let unproven = |watch: &Watch| match &watch.guard.stage {
         Stage::Judging(judge) => judge.known.is_unproven(),

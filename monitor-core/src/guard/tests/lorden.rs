@@ -51,7 +51,7 @@ fn delay_over_lordens_bound_by_time_constants_and_shares() {
         (7.5, 75.0, [0.35, 0.35, 0.2]),
     ] {
         print!("{fast} {middle} 2000, shares {shares:?}:");
-        let mut scale = |samples: f32, share: f32| {
+        let scale = |samples: f32, share: f32| {
             let scale = Ewma::with_time_constant(samples, 1.0).unwrap();
             let limit = smoothed_t2_limit(&scale, 3, 1e6, ARL0 / share).unwrap();
             (scale, limit * scale.variance_ratio())
