@@ -264,7 +264,7 @@ impl Monitor {
     fn seeded(&mut self) {
         let Stage::Seeding(moments, clip) = &self.stage else { return };
         let (second, around) = (clip.is_some(), moments.shift());
-        let seed = moments.statistics().map(|seed| self.design.floored(&seed, 1.0));
+        let seed = moments.statistics().map(|seed| self.design.floored(&seed, 1.0, 0.0));
         let neighbours = (!self.trusted).then_some((&self.bank, self.gate.reference()));
         match seed.and_then(|seed| if second { settled(&seed, around, neighbours).map(|()| seed) } else { Ok(seed) }) {
             Ok(seed) if second => {
@@ -410,6 +410,16 @@ impl Monitor {
     pub fn deviation(&self) -> Option<[f32; 3]> {
         match &self.stage {
             Stage::Judging(judge) => Some(judge.located(&self.design, &self.verdict.severity).0),
+            _ => None,
+        }
+    }
+
+    /// The noise by which a fault is named that has stood for a while: what [`Directions::rehearse`] asks for. None while nothing
+    /// is judged.
+    #[must_use]
+    pub fn noise(&self) -> Option<Noise> {
+        match &self.stage {
+            Stage::Judging(judge) => Some(judge.noise_of_slow()),
             _ => None,
         }
     }

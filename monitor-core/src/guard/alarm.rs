@@ -8,6 +8,10 @@ use crate::ewma::Ewma;
 /// ln of the likelihood ratio at which the fault is taken to be gone: exp(18) to one.
 const GONE: f32 = 18.0;
 
+/// The one from which on that is likely enough for the fault not to be averaged any further: of faults that stand, one in
+/// exp(4.5) = 90 is so doubted for a while.
+const DOUBTED: f32 = 4.5;
+
 /// Share of its limit that a distance must come below before its scale counts as quiet.
 const QUIET: f32 = 0.5;
 
@@ -139,6 +143,12 @@ impl Alarm {
         let beyond = (recovering & !self.settling & Flag::above(fast, RECOVERING_LIMIT)) | (!recovering & any_beyond);
         let raised = !up & beyond;
         Outcome { up: (up & !withdrawn) | raised, new: raised & !was_recovering, recovering, settling: self.settling }
+    }
+
+    /// Whether the fault seems to be gone, though that is not decided.
+    #[inline(always)]
+    pub(super) const fn doubted(&self) -> Flag {
+        Flag::above(self.gone, DOUBTED)
     }
 
     /// Lets one slot of a recovery go by, or begins one. It ends when the middle scale has been quiet for long enough, when it

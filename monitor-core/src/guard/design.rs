@@ -5,8 +5,16 @@ use super::{SCALES, TREND};
 use crate::ewma::{Ewma, EwmaError};
 use crate::limit::{LimitError, smoothed_t2_limit};
 use crate::moments::{Moments, Statistics};
+use crate::root::square_root;
 use crate::sample::Channel;
 use crate::set_point::{GateError, SetPointGate};
+
+/// Share of the false alarms that each time scale may make. The quicker ones get most: a limit that is lower by a given factor
+/// saves them the larger part of their delay, as a sweep over Lorden's ratio shows (`GUARD.md`).
+const SHARES: [f32; SCALES] = [0.35, 0.35, 0.2, 0.1];
+
+/// Where limits lie, in standard deviations of a direction.
+const FAR_SIGMAS: f32 = 7.0;
 
 /// Settings of a monitor in `guard` mode. All of them are fixed before the first sample; [`Config::at_rate`] is what most
 /// boards need.
@@ -44,7 +52,7 @@ pub struct Config {
 
 impl Config {
     /// Settings for a sampling rate: one false alarm in a hundred hours; 2 s to settle, twice 1 s to seed, 15 s to learn;
-    /// time scales of 5.5 ms, 75 ms, 2 s and 15 s.
+    /// time scales of 7.5 ms, 75 ms, 2 s and 15 s.
     #[must_use]
     pub const fn at_rate(sample_rate_hz: f32) -> Self {
         Config {
@@ -54,7 +62,7 @@ impl Config {
             seed_s: 1.0,
             learn_s: 15.0,
             set_point_tolerance: 0.0,
-            time_constants_s: [0.0055, 0.075, 2.0, 15.0],
+            time_constants_s: [0.0075, 0.075, 2.0, 15.0],
             converter_steps: [0.0; 3],
             memory_s: 600.0,
             drift_sigmas: 0.5,
@@ -118,9 +126,10 @@ pub struct Design {
     pub(super) scales: [Ewma; SCALES],
     /// Variance of a converter's rounding, of each channel.
     pub(super) floors: [f32; 3],
-    /// What the largest distance of as many samples as are learned from reaches once in twenty times, in limits.
-    pub(super) expected_peaks: [f32; TREND],
-    /// Samples between two false alarms of one time scale.
+    /// What the largest distance of the middle and the slow scale in as many samples as are learned from reaches once in twenty
+    /// times, in limits.
+    pub(super) expected_peaks: [f32; 2],
+    /// Samples between two false alarms.
     pub(super) interval_samples: f32,
     pub(super) sample_rate_hz: f32,
     pub(super) seed_slots: u32,
@@ -178,8 +187,8 @@ impl Design {
                 Ewma::with_time_constant(trend, rate / PERIOD as f32)?,
             ],
             floors,
-            expected_peaks: [1.0; TREND],
-            interval_samples: SCALES as f32 * 3600.0 * rate / config.false_alarms_per_hour,
+            expected_peaks: [1.0; 2],
+            interval_samples: 3600.0 * rate / config.false_alarms_per_hour,
             sample_rate_hz: rate,
             seed_slots,
             learn_slots,
@@ -188,21 +197,34 @@ impl Design {
             clear_hold: slots(config.clear_hold_s).ok_or(ConfigError::ClearHold)?,
             latch: config.latch,
         };
-        let proof = 20.0 * learn_slots as f32;
-        for (scale, expected) in design.scales.iter().zip(&mut design.expected_peaks) {
-            let limit = |interval| smoothed_t2_limit(scale, 3, 1e6, interval).map_err(|_| ConfigError::FalseAlarmRate);
-            *expected = limit(proof)? / limit(design.interval_samples)?;
+        let (proof, mut expected_peaks) = (20.0 * learn_slots as f32, design.expected_peaks);
+        let refused = |_| ConfigError::FalseAlarmRate;
+        for (place, expected) in [1, 2].into_iter().zip(&mut expected_peaks) {
+            let scale = design.scales.get(place).ok_or(ConfigError::TimeConstants)?;
+            let reached = smoothed_t2_limit(scale, 3, 1e6, proof).map_err(refused)?;
+            *expected = reached / design.limit(place, 1e6).map_err(refused)?;
         }
+        design.expected_peaks = expected_peaks;
+        design.limit(0, 1e6).map_err(refused)?;
         design.limit(TREND, 1e6).map_err(|_| ConfigError::FalseAlarmRate)?;
         Ok(design)
     }
 
-    /// Statistics in which no channel is more exact than its converter, whose rounding is averaged by so much.
-    pub(super) fn floored(&self, statistics: &Statistics<3>, variance_ratio: f32) -> Statistics<3> {
+    /// Statistics of smoothed channels in which no channel is more exact than its converter, whose rounding is averaged by so
+    /// much, nor its tail lighter than that of a reading that seldom changes by a step can be, of which a sample counts for so
+    /// much.
+    ///
+    /// Of deviations within a range q, a weighted sum stays within z deviations as seldom as a normal one of variance
+    /// v + z w q sqrt(v)/3 does, w the largest weight (Bernstein 1946), and as one of q^2/4 of each sample (Hoeffding 1963).
+    pub(super) fn floored(&self, statistics: &Statistics<3>, variance_ratio: f32, weight: f32) -> Statistics<3> {
         let mut floored = *statistics;
         for (i, floor) in self.floors.into_iter().enumerate() {
             if let Some(variance) = floored.covariance.get_mut((i, i)) {
-                *variance = variance.max(floor * variance_ratio);
+                let rounding = floor * variance_ratio;
+                let plain = variance.max(rounding);
+                let step = square_root(12.0 * floor);
+                let tail = plain + FAR_SIGMAS / 3.0 * weight * step * square_root(plain);
+                *variance = plain.max(tail.min(3.0 * rounding));
             }
         }
         floored
@@ -210,9 +232,9 @@ impl Design {
 
     /// The limit of the time scale at this place, whose covariance was learned with so many degrees of freedom.
     pub(super) fn limit(&self, place: usize, degrees_of_freedom: f32) -> Result<f32, LimitError> {
-        let scale = self.scales.get(place).ok_or(LimitError::Retained)?;
+        let (scale, share) = self.scales.get(place).zip(SHARES.get(place)).ok_or(LimitError::Retained)?;
         let stride = if place == TREND { PERIOD as f32 } else { 1.0 };
-        smoothed_t2_limit(scale, 3, degrees_of_freedom, self.interval_samples / stride)
+        smoothed_t2_limit(scale, 3, degrees_of_freedom, self.interval_samples / (share * stride))
     }
 
     /// Variance of each time scale over that of its samples, if those are independent.
@@ -224,5 +246,31 @@ impl Design {
         let of_trend = trend.variance_ratio() * (1.0 + kept) / (1.0 - kept);
         let [fast, middle, slow] = [fast, middle, slow].map(|scale| scale.variance_ratio());
         [fast, middle, slow, middle * of_trend]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_coarse_channel_has_the_tail_of_one_that_seldom_changes_by_a_step_and_a_dithered_one_its_own() {
+        let config = Config { converter_steps: [1.0, 1.0, 0.0], ..Config::at_rate(1000.0) };
+        let design = Design::new(&config).unwrap();
+        // Variances that limits are made for, in squared steps, of readings with this one.
+        let floored = |variance: f32, weight: f32| {
+            let ratio = weight / (2.0 - weight);
+            let (mean, covariance) = (nalgebra::Vector3::zeros(), nalgebra::Matrix3::identity() * variance * ratio);
+            let floored = design.floored(&Statistics { samples: 1000, mean, covariance }, ratio, weight);
+            floored.covariance.diagonal().map(|v| v / ratio)
+        };
+        // Rounding is 1/12, and 1/4 bounds any tail. Of the third channel no step is known.
+        for (variance, expected) in [(0.0, 0.25), (0.0736, 0.25), (0.2, 0.25), (0.25, 0.25), (1.0, 1.0), (9.0, 9.0)] {
+            let found = floored(variance, 0.125);
+            assert!((found.x - expected).abs() < 1e-4 && (found.z - variance).abs() < 1e-4, "{variance}: {found}");
+        }
+        // Where a sample counts for little, sums are nearly normal.
+        let slow = floored(0.0736, 0.0005);
+        assert!((0.083..0.12).contains(&slow.x), "{slow}");
     }
 }

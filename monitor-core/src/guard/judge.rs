@@ -17,6 +17,13 @@ use crate::triangle::{Packed, inner, square};
 /// Deviations count up to 2^20 sigmas, far beyond any fault, so that no number leaves the range of `f32`.
 const REACH_OCTAVES: u32 = 20;
 
+/// Sigmas of a channel beyond which one reading by itself says nothing: a disturbance of the converter or its line. Less than
+/// would raise an alarm alone, with what noise adds (measured: of readings off by 8 sigma one in 300 would, by 12 four of ten).
+const WILD_FROM: f32 = 8.0;
+
+/// Slots without a wild reading after which the next one may be the only one.
+const WILD_ONCE_IN: u32 = 16;
+
 /// Share of its limit from which on a distance is a suspicion, under which nothing is learned.
 const SUSPECTED_FROM: f32 = 0.5;
 
@@ -49,6 +56,8 @@ pub(super) struct Judge {
     blind: u8,
     /// The channel that they are being made to do without.
     blind_next: u8,
+    /// Slots since a reading was last wild, up to what is asked for.
+    tame: u8,
     /// The reciprocals of the limits as they judge.
     per_limit: [f32; SCALES],
     fast: [f32; 3],
@@ -56,7 +65,7 @@ pub(super) struct Judge {
     /// Of the middle scale, once in a period, and the severity found then.
     trend: [f32; 3],
     trending: f32,
-    /// Whether the loop has recovered since the trend was last asked: it begins again.
+    /// Whether the loop has recovered since the trend was last asked, or the fault has moved: it begins again.
     disturbed: Flag,
     /// The slow scale. While an alarm stands it is the estimate of the fault: it begins again at the middle scale's value
     /// when the fault has moved, and averages all samples since.
@@ -89,6 +98,7 @@ impl Judge {
             metrics: known.model.scales.map(|scale| scale.metric),
             blind: 0,
             blind_next: 0,
+            tame: 0,
             per_limit: known.per_limit.map(|per_limit| known.judged_by(per_limit)),
             fast: [0.0; 3],
             middle: [0.0; 3],
@@ -124,7 +134,7 @@ impl Judge {
         self.follow(design, keep, recovering, deviation);
         self.look_at_fault(design, rules, count, now & !recovering & Flag::negative(over), &images);
         verdict.severity = severity;
-        self.learn(design, count, now | recovering, held, &verdict.severity);
+        self.learn(design, count, now | recovering, held, square(images.fast), &verdict.severity);
         verdict.alarm_since = new.choose_long(verdict.sample, verdict.alarm_since);
         let named = Flag::reached(self.still, rules.named_after);
         verdict.standing =
@@ -142,9 +152,10 @@ impl Judge {
     }
 
     /// Deviations from the mean; and whether the sample says nothing, because a channel that is not lost has no reading, or
-    /// two channels are lost, or the metrics do not know yet which one is.
+    /// two channels are lost, or the metrics do not know yet which one is, or because it is wild and none was before it: if
+    /// that is a fault, the next one says so too.
     #[inline(always)]
-    fn deviation(&self, x: [f32; 3]) -> ([f32; 3], Flag) {
+    fn deviation(&mut self, x: [f32; 3]) -> ([f32; 3], Flag) {
         let lost = self.losses.lost();
         let [a, b, c] = x.map(|x| Flag::unfit(x).bit());
         let unfit = a | b << 1 | c << 2;
@@ -153,10 +164,14 @@ impl Judge {
         // No bit, if the sample says nothing.
         let there = !(unfit | lost) & held.bit().wrapping_sub(1);
         let mut d = difference(x, self.centre);
+        let mut wild = Flag::default();
         for (place, (d, sigma)) in d.iter_mut().zip(self.known.model.sigma).enumerate() {
             let reach = f32::from_bits(sigma.to_bits() + (REACH_OCTAVES << 23)); // the exponent, grown
             *d = Flag::or_zero_by(there, place as u32, within(*d, reach));
+            wild = wild | Flag::above(d.abs(), WILD_FROM * sigma);
         }
+        let held = held | (wild & Flag::reached(self.tame.into(), WILD_ONCE_IN));
+        self.tame = (!wild).count(self.tame.into(), WILD_ONCE_IN) as u8;
         (d, held)
     }
 
@@ -179,11 +194,13 @@ impl Judge {
         [fast * per_fast, middle * per_middle, slow * per_slow, self.trending]
     }
 
-    /// Moves the slow scale. While the loop recovers it waits at health, and so does the trend.
+    /// Moves the slow scale. While the loop recovers it waits at health, and so does the trend. A fault that seems to be gone is
+    /// remembered as it was until that is decided.
     #[inline(always)]
     fn follow(&mut self, design: &Design, keep: Flag, recovering: Flag, deviation: [f32; 3]) {
         let [_, _, of_slow, _] = &design.scales;
         self.gain = greater(self.gain / (1.0 + self.gain), of_slow.weight());
+        let keep = keep & !self.alarm.doubted();
         let stays = (!recovering).or_zero(1.0);
         self.estimate = smoothed(self.estimate, keep.or_zero(self.gain), deviation).map(|e| stays * e);
         self.trending *= stays;
@@ -213,22 +230,26 @@ impl Judge {
         let [_, of_middle, ..] = &design.scales;
         self.gain = again.choose(of_middle.weight(), self.gain);
         self.estimate = smoothed(self.estimate, again.or_zero(1.0), self.middle);
+        self.disturbed = self.disturbed | again; // the trend remembers a fault that has moved
     }
 
-    /// What is learned while judging: the tail of each distance, one a slot; mean and metrics; which channel the metrics do
-    /// without.
+    /// What is learned while judging: the tail of a distance, one a slot; mean and metrics; which channel the metrics do without.
     #[inline(always)]
-    fn learn(&mut self, design: &Design, count: u32, suspected: Flag, held: Flag, severity: &[f32; SCALES]) {
-        let scale = (count % ROUND) as usize;
-        if let Some((peak, severity)) = self.known.peak.get_mut(scale).zip(severity.get(scale)) {
-            // What raises an alarm is no tail, nor is what came before it.
-            *peak = (!suspected).or_zero(greater(*peak, *severity));
+    fn learn(&mut self, design: &Design, count: u32, disturbed: Flag, held: Flag, fast: f32, severity: &[f32; SCALES]) {
+        let [_, middle, slow, _] = severity;
+        let [peak_of_middle, peak_of_slow] = &mut self.known.peak;
+        // What raises an alarm is no tail, nor is what came before it.
+        match count % ROUND {
+            0 => self.known.exceed(disturbed | held, fast),
+            1 => *peak_of_middle = (!disturbed).or_zero(greater(*peak_of_middle, *middle)),
+            2 => *peak_of_slow = (!disturbed).or_zero(greater(*peak_of_slow, *slow)),
+            _ => {}
         }
         let turn = count % PERIOD;
         if turn < TURNS {
             let [fast, middle, slow, trend] = severity.map(|severity| Flag::below(severity, SUSPECTED_FROM));
-            let suspected = suspected | held | Flag::any(self.losses.lost()) | !(fast & middle & slow & trend);
-            self.take_turn(design, suspected, turn as usize);
+            let suspected = disturbed | held | Flag::any(self.losses.lost()) | !(fast & middle & slow & trend);
+            self.take_turn(design, disturbed, suspected, turn as usize);
         }
     }
 
@@ -236,7 +257,7 @@ impl Judge {
     /// scale judges. What is lost is the same for all three; until the last is done, nothing is judged if that is another channel
     /// than before.
     #[inline(never)]
-    fn take_turn(&mut self, design: &Design, suspected: Flag, turn: usize) {
+    fn take_turn(&mut self, design: &Design, disturbed: Flag, suspected: Flag, turn: usize) {
         if let Some((y, per_limit)) =
             [self.fast, self.middle, self.estimate, self.trend].get(turn).zip(self.per_limit.get_mut(turn))
         {
@@ -245,7 +266,7 @@ impl Judge {
         }
         let Some(place) = turn.checked_sub(SCALES + 1) else {
             self.known.follow(design, suspected, self.middle);
-            self.known.prove();
+            self.known.prove(design, disturbed);
             self.centre = self.known.centre();
             self.blind_next = self.losses.lost() as u8;
             return;
@@ -316,6 +337,12 @@ impl Judge {
         let young = self.gain / of_middle.weight();
         let settled_to = SETTLED_TO + (SETTLED_TO_AT_FIRST - SETTLED_TO) * young.min(1.0);
         (self.estimate, self.noise(&metric_of_slow.metric, more, settled_to))
+    }
+
+    /// The noise of the slow scale, which a fault is located by once it has stood for long.
+    pub(super) fn noise_of_slow(&self) -> Noise {
+        let [_, _, slow, _] = &self.known.model.scales;
+        self.noise(&slow.metric, 1.0, SETTLED_TO)
     }
 
     /// So many times the variance that a metric is of.

@@ -1,16 +1,31 @@
 //! What is known of the healthy motor while it is judged, and how that sharpens.
 
+use super::SCALES;
 use super::design::Design;
-use super::flag::{Flag, greater, lesser, within};
+use super::flag::{Flag, greater, lesser, positive_part, within};
 use super::level::PERIOD;
 use super::model::Model;
-use super::{SCALES, TREND};
 
 /// Limits while a model proves itself: what it rests on is not what it judges.
 const UNPROVEN: f32 = 1.5;
 
 /// Most that the tail of a statistic may raise its limit. Beyond, the window was not healthy.
 const RAISED_TO: f32 = 4.0;
+
+/// The tail of the fast scale's distance begins here: one normal sample in a thousand is beyond.
+const TAIL_FROM: f32 = 16.27;
+
+/// How far those are beyond on average.
+const NORMAL_EXCESS: f32 = 2.105;
+
+/// The same before any is known, in units of that, and the share of the newest.
+const EXCESS_AT_FIRST: f32 = 1.3;
+const EXCESS_GAIN: f32 = 1.0 / 256.0;
+
+/// Excess that is taken for chance, in units of the normal one, and how much further than what is more the tail is taken to
+/// reach: the mean excess of such tails goes on growing.
+const EXCESS_BY_CHANCE: f32 = 1.1;
+const EXCESS_GROWS: f32 = 1.5;
 
 /// What a model brings with it when it is installed or recalled.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,9 +39,11 @@ pub(super) struct Known {
     slots: f32,
     /// Slots until the limits are proven, in whole periods.
     unproven: u32,
-    /// Largest distance of each quicker time scale while they were not and no alarm stood, of the slots that looked at it, in
-    /// units of the limit that was judged by.
-    pub(super) peak: [f32; TREND],
+    /// Mean excess of the fast scale's distance over where its tail begins.
+    excess: f32,
+    /// Largest distance of the middle and the slow scale while limits were not proven and no alarm stood, of the slots that
+    /// looked at it, in units of the limit that was judged by.
+    pub(super) peak: [f32; 2],
     /// Slow movement of the mean that is taken to be benign.
     drift: [f32; 3],
 }
@@ -34,8 +51,14 @@ pub(super) struct Known {
 impl Known {
     pub(super) fn new(model: Model, stuck_below: [f32; 3], learned_slots: u32) -> Self {
         let slots = learned_slots as f32;
-        let per_limit = model.scales.map(|scale| 1.0 / scale.level.limit(slots));
-        Known { model, stuck_below, per_limit, slots, unproven: learned_slots, peak: [0.0; TREND], drift: [0.0; 3] }
+        let mut known = Known { model, stuck_below, slots, unproven: learned_slots, ..Known::BLANK };
+        known.excess = EXCESS_AT_FIRST * NORMAL_EXCESS;
+        for (place, scale) in model.scales.iter().enumerate() {
+            if let Some(per_limit) = known.per_limit.get_mut(place) {
+                *per_limit = 1.0 / reaching(place, scale.level.limit(slots), known.excess);
+            }
+        }
+        known
     }
 
     pub(super) const BLANK: Self = Known {
@@ -44,7 +67,8 @@ impl Known {
         per_limit: [0.0; SCALES],
         slots: 0.0,
         unproven: 0,
-        peak: [0.0; TREND],
+        excess: 0.0,
+        peak: [0.0; 2],
         drift: [0.0; 3],
     };
 
@@ -53,7 +77,7 @@ impl Known {
         self.model.each_number(f);
         let arrays =
             self.stuck_below.iter_mut().chain(&mut self.per_limit).chain(&mut self.peak).chain(&mut self.drift);
-        arrays.chain([&mut self.slots]).for_each(&mut *f);
+        arrays.chain([&mut self.slots, &mut self.excess]).for_each(&mut *f);
         // Whole periods, of which an f32 counts 2^24.
         let mut periods = (self.unproven / PERIOD) as f32;
         f(&mut periods);
@@ -75,6 +99,11 @@ impl Known {
         [a + x, b + y, c + z]
     }
 
+    #[cfg(test)]
+    pub(super) const fn is_unproven(&self) -> bool {
+        self.unproven > 0
+    }
+
     /// The reciprocal of the limit that a scale is judged by. Until it is proven it is a wider one.
     #[inline(always)]
     pub(super) fn judged_by(&self, per_limit: f32) -> f32 {
@@ -89,18 +118,25 @@ impl Known {
         let gain = healthy.or_zero(PERIOD as f32) / self.slots;
         // In the last period of the proof the limit is widened by the tail that was seen, once.
         let due = Flag::any(self.unproven) & !Flag::reached(self.unproven, PERIOD + 1);
-        let tail = self
-            .peak
-            .get(place)
-            .zip(design.expected_peaks.get(place))
+        let tail = place
+            .checked_sub(1)
+            .and_then(|place| self.peak.get(place).zip(design.expected_peaks.get(place)))
             .map_or(1.0, |(peak, expected)| UNPROVEN * peak / expected);
         let tail = lesser(greater(tail, 1.0), RAISED_TO);
         let scale = self.model.scales.get_mut(place)?;
         scale.sharpen(y.map(|y| healthy.or_zero(y)), gain);
         scale.level.widen(due.choose(tail, 1.0));
-        let per_limit = 1.0 / scale.level.limit(self.slots);
+        let per_limit = 1.0 / reaching(place, scale.level.limit(self.slots), self.excess);
         *self.per_limit.get_mut(place)? = per_limit;
         Some(self.judged_by(per_limit))
+    }
+
+    /// Looks at the tail of the fast scale by one of its distances.
+    #[inline(always)]
+    pub(super) fn exceed(&mut self, disturbed: Flag, distance: f32) {
+        let in_tail = !disturbed & Flag::above(distance, TAIL_FROM);
+        let excess = lesser(positive_part(distance - TAIL_FROM), RAISED_TO * NORMAL_EXCESS);
+        self.excess += in_tail.or_zero(EXCESS_GAIN) * (excess - self.excess);
     }
 
     /// Lets the mean follow a deviation of the middle scale that is healthy beyond suspicion.
@@ -114,9 +150,21 @@ impl Known {
         }
     }
 
-    /// A period has gone by.
+    /// A period has gone by. Behind a disturbance the proof begins again, for its peaks do too.
     #[inline(always)]
-    pub(super) const fn prove(&mut self) {
-        self.unproven = self.unproven.saturating_sub(PERIOD);
+    pub(super) fn prove(&mut self, design: &Design, disturbed: Flag) {
+        let again = disturbed & Flag::any(self.unproven);
+        self.unproven = again.choose_word(design.learn_slots, self.unproven.saturating_sub(PERIOD));
     }
+}
+
+/// A limit that reaches as far as the tail of its scale does, of which the fast one's is known by its mean excess. A few samples
+/// are not yet normal, whatever the readings are; slower scales average so many that they are.
+#[inline(always)]
+fn reaching(place: usize, limit: f32, excess: f32) -> f32 {
+    if place > 0 {
+        return limit;
+    }
+    let more = positive_part(excess / NORMAL_EXCESS - EXCESS_BY_CHANCE);
+    TAIL_FROM + (limit - TAIL_FROM) * (1.0 + EXCESS_GROWS * more)
 }

@@ -120,8 +120,12 @@ impl Model {
         let drift_sigmas = drift(window, design, &raw, &middle)?;
         let ratios @ [of_fast, of_middle, of_slow, of_trend] = design.variance_ratios();
         let n = window.slots as f32;
-        let (fast, _) = metric(&fast, of_fast, design)?;
-        let (middle, _) = metric(&middle, of_middle, design)?;
+        let [fast_scale, middle_scale, ..] = &design.scales;
+        let fast_floored = design.floored(&fast, of_fast, fast_scale.weight());
+        let middle_floored = design.floored(&middle, of_middle, middle_scale.weight());
+        let [fast_held, middle_held] = [(&fast_floored, &fast), (&middle_floored, &middle)].map(|(a, b)| a != b);
+        let (fast, _) = metric(&fast_floored)?;
+        let (middle, _) = metric(&middle_floored)?;
         // A window holds few independent samples of the slower scales. Their metrics are the middle scale's, for so much less
         // noise as more averaging leaves; where the window shows more than that, noise has a memory, and it counts.
         let averaged = |ratio: f32| {
@@ -135,19 +139,28 @@ impl Model {
         slow.scale_rows(of_memory);
         trend.scale_rows(of_memory);
         let slow_variance_ratio = excess.iter().sum::<f32>() / 3.0;
-        let (_, condition) = metric(&raw, 1.0, design)?;
-        let scale = |place: usize, metric: Triangle<3>| {
+        let raw = design.floored(&raw, 1.0, 0.0);
+        let (_, condition) = metric(&raw)?;
+        let scale = |place: usize, metric: Triangle<3>, is_held: bool| {
             let per_slot = ratios.get(place).copied().unwrap_or(of_trend);
             // What the slower ones rest on is the middle scale's.
             let degrees = n * per_slot.max(of_middle);
             let level = Level::new(design, place, n, degrees, per_slot)?;
-            Ok::<_, LearnError>(Scale { metric: Packed::of(&metric), learned: metric.diagonal(), level })
+            // A converter's floor is not to be sharpened away.
+            let sharpest = if is_held { NARROWER_TO } else { 1.0 };
+            let learned = metric.diagonal().map(|cell| sharpest * cell);
+            Ok::<_, LearnError>(Scale { metric: Packed::of(&metric), learned, level })
         };
         let mut mean = window.centre;
         for (m, d) in mean.iter_mut().zip(window.moments.get(MIDDLE).map(|m| m.mean()).unwrap_or_default()) {
             *m += d;
         }
-        let scales = [scale(0, fast)?, scale(1, middle)?, scale(2, slow)?, scale(TREND, trend)?];
+        let scales = [
+            scale(0, fast, fast_held)?,
+            scale(1, middle, middle_held)?,
+            scale(2, slow, middle_held)?,
+            scale(TREND, trend, middle_held)?,
+        ];
         let model = Model { mean, sigma: raw.sigma().into(), scales };
         let samples = window.slots;
         Ok((model, Quality { samples, clipped_share, condition, drift_sigmas, slow_variance_ratio }))
@@ -166,12 +179,11 @@ impl Model {
     }
 }
 
-/// The metric of smoothed channels, and the condition number of their correlation.
-fn metric(statistics: &Statistics<3>, variance_ratio: f32, design: &Design) -> Result<(Triangle<3>, f32), LearnError> {
-    let floored = design.floored(statistics, variance_ratio);
+/// The metric of channels with these statistics, and the condition number of their correlation.
+fn metric(statistics: &Statistics<3>) -> Result<(Triangle<3>, f32), LearnError> {
     let all = ExplainedShare::new(1.0)?;
-    let pca = Pca::of_correlation(&floored.correlation(), all)?;
-    let sigma: [f32; 3] = floored.sigma().into();
+    let pca = Pca::of_correlation(&statistics.correlation(), all)?;
+    let sigma: [f32; 3] = statistics.sigma().into();
     let (mut rows, variances) = (pca.loadings().data.0, pca.eigenvalues());
     for (row, variance) in rows.iter_mut().zip(variances.iter()) {
         let weight = reciprocal_sqrt(variance.max(EIGENVALUE_FLOOR));

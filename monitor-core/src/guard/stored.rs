@@ -8,7 +8,7 @@ use super::design::Design;
 use super::known::Known;
 
 /// Says what the bytes are, and in which version.
-const FORMAT: u32 = 0x4755_0001;
+const FORMAT: u32 = 0x4755_0002;
 
 /// Numbers of the settings that are kept, of a model, and bytes of all with format, set point, and checksum.
 const SETTINGS: usize = 2 + SCALES;
