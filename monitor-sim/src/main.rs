@@ -72,9 +72,9 @@ fn tune(args: &TuneArgs) -> Result<ExitCode, Failure> {
         borderline_size: args.borderline,
     };
     if let (Some(scenario), Some(out)) = (&args.scenario, &args.out) {
-        output::spares(scenario, out)?;
+        output::spares(scenario, out, output::OUT)?;
     }
-    let file = args.out.as_deref().map(PendingFile::create).transpose()?;
+    let file = args.out.as_deref().map(|out| PendingFile::create(out, output::OUT)).transpose()?;
     let bar = progress(Some(tune.samples()), "samples");
     let report = tune.run(|samples| bar.inc(samples))?;
     bar.finish_and_clear();

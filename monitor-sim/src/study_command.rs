@@ -59,10 +59,10 @@ fn make<S: Study>(study: &S, common: &CommonArgs) -> Result<ExitCode, Failure> {
         if resume == out {
             return Err(format!("--resume and --out are both '{}'; give them a file each", out.display()).into());
         }
-        output::spares(resume, out)?;
+        output::spares(resume, out, output::OUT)?;
     }
     // Before the work: a long run shall not find out at its end that there is no place for its result.
-    let file = common.out.as_deref().map(PendingFile::create).transpose()?;
+    let file = common.out.as_deref().map(|out| PendingFile::create(out, output::OUT)).transpose()?;
     let bar = progress(Some(study.units()), "units");
     let run = Run { threads: common.threads.map(|n| n as usize), resume: common.resume.as_deref() };
     let report = study::run(study, run, |units| bar.inc(units));

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use monitor_sim::replay::guard::Learn;
 use monitor_sim::watch::{Feed, Player, as_text, draw};
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event};
@@ -42,7 +43,8 @@ fn feed(args: &WatchArgs) -> Result<Feed, Failure> {
         if args.mode == Mode::Paper {
             return Err("a log is watched in guard mode: leave --mode paper out, or use `monitor-sim replay`".into());
         }
-        return Ok(Feed::log(&guard_replay(path, &args.how)?)?);
+        let learn = Learn::Window(args.how.learn.ok_or("give --learn A..B")?);
+        return Ok(Feed::log(&guard_replay(path, &args.how, learn)?)?);
     }
     let (scenario, seed) = (scenario(args.scenario.as_deref())?, args.seed.unwrap_or(1));
     match args.mode {

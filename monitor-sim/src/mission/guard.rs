@@ -10,6 +10,7 @@ use monitor_core::pca::ExplainedShare;
 
 use super::{Faults, MissionError, feed, recovery, sample_at, truth};
 use crate::guardian::{self, Guardian, Said};
+use crate::models::Models;
 use crate::names::{ChannelNames, explain_guard_config};
 use crate::output::OutputDir;
 use crate::plant::PlantSample;
@@ -40,6 +41,8 @@ pub struct Flight {
     pub recording: Recording,
     /// The tables.
     pub score: Score,
+    /// What was known of each set point when the flight ended.
+    pub models: Models,
 }
 
 /// The settings a scenario is flown with: the monitor settles and seeds before the learning window, and learns over it.
@@ -53,18 +56,20 @@ pub fn settings(scenario: &Scenario, false_alarms_per_hour: f64) -> Config {
     }
 }
 
-/// Flies a scenario. `tick` is called with the number of samples flown since the last call.
+/// Flies a scenario, by stored models if there are any. `tick` is called with the number of samples flown since the last call.
 ///
 /// # Errors
-/// [`MissionError`] when the settings or the learning window are refused, or the trace cannot be written.
+/// [`MissionError`] when the settings, the models or the learning window are refused, or the trace cannot be written.
 pub fn fly(
     scenario: &Scenario,
     config: &Config,
+    models: Option<&Models>,
     seed: u64,
     mut trace: Option<&mut TraceWriter<Said>>,
     tick: impl Fn(u64),
 ) -> Result<Flight, MissionError> {
     let mut guardian = guardian(scenario, config)?;
+    models.map_or(Ok(()), |models| guardian.restore(models))?;
     let mut recording = Recording::new(scenario.rate_hz());
     let mut witness = Witness::new(scenario);
     let samples = feed(scenario, seed, tick, |index, measured| {
@@ -92,6 +97,7 @@ pub fn fly(
         limits: guard.limits().unwrap_or([f32::NAN; SCALES]),
         score: witness.score(&recording, samples),
         recording,
+        models: Models::of(guard),
     })
 }
 
@@ -195,6 +201,8 @@ pub struct Mission {
     pub seed: u64,
     /// How faults are introduced in the tables.
     pub faults: Faults,
+    /// What was learned before; the monitor learns for itself if none.
+    pub models: Option<Models>,
 }
 
 /// The flights of a mission.
@@ -237,7 +245,7 @@ impl Mission {
         let mut trace = TraceWriter::create(out, "trace.csv", &ChannelNames::motor())?;
         let mut trace_ramp = TraceWriter::create(out, "trace-ramp.csv", &ChannelNames::motor())?;
         let config = self.settings();
-        let flight = |scenario: &Scenario, trace| fly(scenario, &config, self.seed, trace, &tick);
+        let flight = |scenario: &Scenario, trace| fly(scenario, &config, self.models.as_ref(), self.seed, trace, &tick);
         let (tables, (ramps, speed_dependent)) = rayon::join(
             || flight(&tables, Some(&mut trace)),
             || rayon::join(|| flight(&ramps, Some(&mut trace_ramp)), || flight(&speed_dependent, None)),
