@@ -101,32 +101,49 @@ fn motor(how: &LogArgs) -> Option<MotorConstants> {
 
 /// What paper mode is asked for, of the log at `path`.
 pub(crate) fn paper_replay_of(path: &Path, args: &ReplayArgs) -> Result<Replay, Failure> {
-    only_in_guard_mode("--false-alarms-per-hour", args.how.false_alarms_per_hour.is_some())?;
-    only_in_guard_mode("--resistance", args.how.resistance.is_some())?;
     only_in_guard_mode("--models", args.models.is_some())?;
     only_in_guard_mode(SAVE_MODELS, args.save_models.is_some())?;
-    let limits = match &args.limits {
-        Some(path) => Some(settings(Some(path))?),
-        None => None,
-    };
-    let defaults = PaperSettings::default_motor()?;
     let learn = match (&args.how.learn, &args.baseline) {
         (Some(window), _) => paper::Learn::Window(*window),
         (None, Some(path)) => paper::Learn::Stored(Box::new(parsed(path, "baseline")?)),
         (None, None) => return Err("give --learn A..B or --baseline FILE".into()),
     };
+    let replay = paper_replay(path, &args.how, learn, args.limits.as_deref())?;
     Ok(Replay {
-        source: source(path, &args.how)?,
-        learn,
         recall: args.recall,
-        settle_s: args.how.settle,
         relearn_s: args.relearn,
-        set_point_tolerance: args.how.set_point_tolerance,
-        cutoff_hz: limits.as_ref().map(|l| l.cutoff_hz).or(args.cutoff_hz),
-        hysteresis: limits.as_ref().map_or(defaults.hysteresis, |l| l.hysteresis),
-        explained_share: limits.as_ref().map_or(defaults.explained_share, |l| l.explained_share),
-        limits: limits
-            .map_or(Limits::FromLearning { margin: args.margin.unwrap_or(MARGIN) }, |l| Limits::Fixed(l.thresholds)),
+        cutoff_hz: replay.cutoff_hz.or(args.cutoff_hz),
+        // With a file of thresholds there is no margin.
+        limits: args.margin.map_or(replay.limits, |margin| Limits::FromLearning { margin }),
+        ..replay
+    })
+}
+
+/// A replay in paper mode of the log at `path`, with the thresholds of a file if there is one.
+pub(crate) fn paper_replay(
+    path: &Path,
+    how: &LogArgs,
+    learn: paper::Learn,
+    limits: Option<&Path>,
+) -> Result<Replay, Failure> {
+    only_in_guard_mode("--false-alarms-per-hour", how.false_alarms_per_hour.is_some())?;
+    only_in_guard_mode("--resistance", how.resistance.is_some())?;
+    let fixed = limits.map(|path| settings(Some(path))).transpose()?;
+    let PaperSettings { hysteresis, explained_share, .. } = match &fixed {
+        Some(fixed) => fixed.clone(),
+        None => PaperSettings::default_motor()?,
+    };
+    Ok(Replay {
+        source: source(path, how)?,
+        learn,
+        recall: false,
+        settle_s: how.settle,
+        relearn_s: None,
+        set_point_tolerance: how.set_point_tolerance,
+        cutoff_hz: fixed.as_ref().map(|fixed| fixed.cutoff_hz),
+        hysteresis,
+        explained_share,
+        limits: fixed.map_or(Limits::FromLearning { margin: MARGIN }, |fixed| Limits::Fixed(fixed.thresholds)),
     })
 }
 
