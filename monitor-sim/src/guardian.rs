@@ -219,6 +219,8 @@ pub fn spent(rate_hz: f64, start_s: f64, end_s: f64) -> [f64; 3] {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
 
     #[test]
     fn at_the_usual_rate_and_window_the_settings_are_the_cores_own() {
@@ -227,6 +229,33 @@ mod tests {
         let ours = settings(1000.0, 0.01, 2.0, 1.0, 15.0);
         assert_eq!(ours.time_constants_s, usual.time_constants_s);
         assert_eq!((ours.memory_s, ours.clear_hold_s), (usual.memory_s, usual.clear_hold_s));
+    }
+
+    #[test]
+    fn a_fault_is_sized_by_the_current_of_the_set_point_at_which_it_stands() {
+        let motor = MotorConstants { resistance_ohm: 0.3, torque_constant_nm_per_a: 0.03, load_slope_nm_s: 2e-4 };
+        let config = Config { settle_s: 0.1, seed_s: 0.5, learn_s: 4.0, ..Config::at_rate(1000.0) };
+        let mut guardian = Guardian::new(&config, Some(motor)).unwrap();
+        let mut draw = ChaCha8Rng::seed_from_u64(1);
+        let mut noise = || (0..12).map(|_| draw.random::<f32>()).sum::<f32>() - 6.0;
+        let mut run = |slots: u32, set_point: f32, current: f32, grown: f32| {
+            let voltage = (0.3 + grown) * current + 0.03 * set_point;
+            let mut step = || {
+                let x = [set_point + 0.1 * noise(), current + 0.02 * noise(), voltage + 0.02 * noise()];
+                guardian.step(set_point, x).found
+            };
+            (0..slots).map(|_| step()).last().flatten()
+        };
+        run(10_000, 300.0, 2.0, 0.0);
+        run(10_000, 200.0, 1.0, 0.0);
+        for (set_point, current) in [(200.0, 1.0), (300.0, 2.0)] {
+            run(3_000, set_point, current, 0.0);
+            let found = run(3_000, set_point, current, 0.1).unwrap();
+            assert_eq!(found.name, Name::ArmatureResistance);
+            let size = found.size.unwrap().value;
+            assert!((size - 0.1).abs() < 0.01, "{size} at {set_point}");
+            run(3_000, set_point, current, 0.0);
+        }
     }
 
     proptest! {
