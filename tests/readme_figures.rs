@@ -44,8 +44,13 @@ fn every_row_of_the_papers_tables_stands_in_the_readme() {
 
 #[test]
 fn every_row_of_guard_modes_tables_stands_in_the_readme() {
-    let mission =
-        guard::Mission { scenario: Scenario::figure_1(), false_alarms_per_hour: 0.01, seed: 1, faults: Faults::Step };
+    let mission = guard::Mission {
+        scenario: Scenario::figure_1(),
+        false_alarms_per_hour: 0.01,
+        seed: 1,
+        faults: Faults::Step,
+        models: None,
+    };
     let (path, out) = out("guard");
     let report = mission.fly(&out, |_| {}).unwrap().report(&mission);
     std::fs::remove_dir_all(path).unwrap();

@@ -18,6 +18,7 @@ Examples:
   monitor-sim                                 fly the paper's mission, write tables and page
   monitor-sim --faults ramp --seed 7          the same with growing faults and other noise
   monitor-sim --mode paper                    the paper's method, with the paper's tables
+  monitor-sim --save-models motor.models      keep what was learned; --models motor.models judges by it
   monitor-sim --scenario my.toml --out DIR    a mission of your own
   monitor-sim --json | jq .faults             the tables for machines
   monitor-sim scenario > my.toml              a scenario to edit
@@ -45,6 +46,10 @@ Examples:
   monitor-sim replay logs/ last.parquet --speed rpm --current amps --voltage volts \\
       --rate-hz 50 --learn 5s..20s --out fleet
       a fleet: each log judged as it would be alone, a row of fleet/summary.csv and .parquet each
+  monitor-sim replay healthy.csv ... --save-models motor.models
+  monitor-sim replay next.csv --speed rpm --current amps --voltage volts --rate-hz 50 \\
+      --models motor.models --relearn 15
+      what was learned from one log (over 15 s) judges another from its first settled row on
   monitor-sim replay log.csv ... --mode paper
   monitor-sim replay next.csv ... --mode paper --baseline monitor-out/baseline.toml
       judge another log by what was learned from the first
@@ -85,7 +90,7 @@ pub(crate) enum Command {
     /// Replay a recorded log: learn over a window, judge the rest
     #[command(mut_arg("speed", |arg| arg.required_unless_present("channel")))]
     #[command(mut_arg("rate_hz", |arg| arg.required(true)))]
-    #[command(mut_arg("learn", |arg| arg.required_unless_present("baseline")))]
+    #[command(mut_arg("learn", |arg| arg.required_unless_present_any(["baseline", "models"])))]
     Replay(Box<ReplayArgs>),
     /// Watch a mission or a log in the terminal while it is judged
     #[command(after_help = watch::EXAMPLES)]
@@ -133,6 +138,13 @@ pub(crate) struct MissionArgs {
     /// False alarms that are tolerable per hour, in guard mode; 0.01 if none
     #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = positive)]
     pub(crate) false_alarms_per_hour: Option<f64>,
+    /// In guard mode: judge by what was learned before (--save-models of a flight with the same [learn], or a dump of a
+    /// board's flash) as soon as the loop has settled, instead of learning
+    #[arg(long, value_name = "FILE")]
+    pub(crate) models: Option<PathBuf>,
+    /// In guard mode: write what is known of each set point at the end, for --models
+    #[arg(long, value_name = "FILE")]
+    pub(crate) save_models: Option<PathBuf>,
     /// Which monitor flies
     #[arg(long, value_enum, default_value_t = Mode::Guard)]
     pub(crate) mode: Mode,
@@ -214,10 +226,19 @@ pub(crate) struct ReplayArgs {
     /// learning
     #[arg(long, value_name = "FILE", conflicts_with_all = ["learn", "margin", "limits", "cutoff_hz"])]
     pub(crate) baseline: Option<PathBuf>,
+    /// In guard mode: judge by what was learned before (--save-models, or a dump of a board's flash) from the first row on which
+    /// the motor has settled, instead of learning. In a directory each log has a file of its name, ending in .models
+    #[arg(long, value_name = "FILE|DIR", conflicts_with_all = ["learn", "baseline"])]
+    pub(crate) models: Option<PathBuf>,
+    /// In guard mode: write what is known of each set point at the end, for --models; of several logs, a file for each in a
+    /// directory
+    #[arg(long, value_name = "FILE|DIR")]
+    pub(crate) save_models: Option<PathBuf>,
     /// When the set point of --learn returns, judge by what was learned there instead of learning anew; guard mode always does
     #[arg(long)]
     pub(crate) recall: bool,
-    /// With --mode paper: learning time after a change of the set point, s; the length of --learn if none
+    /// With --models, or --mode paper: learning time at a set point that is not known, s; the length of --learn if none, and with
+    /// --models so long that every time scale has its usual length. It must be that of the run that wrote the models
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub(crate) relearn: Option<f64>,
     /// With --mode paper: cutoff of the residuals' low-pass, Hz; 1, or a twentieth of the rate if that is less, if none

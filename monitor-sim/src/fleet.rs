@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
+use crate::models::{Place, SAVE_MODELS};
+use crate::output::PendingFile;
 use crate::replay::{ReplayError, guard, paper};
 
 pub mod inputs;
@@ -31,6 +33,8 @@ pub struct Fleet {
     pub files: Vec<PathBuf>,
     /// How each is replayed.
     pub how: How,
+    /// The directory in which what is known of each log's set points at its end is kept, of `guard` mode.
+    pub save_models: Option<PathBuf>,
 }
 
 /// What came of all of them.
@@ -76,7 +80,7 @@ impl Fleet {
             How::Guard(replay) => {
                 let mut replay = replay.clone();
                 replay.source.path = file.to_owned();
-                match replay.run(|_| Ok(None), progress) {
+                match replay.run(|_| Ok(None), progress).and_then(|replayed| self.saved(file, replayed)) {
                     Ok(replayed) => Row::of_guard(name, &replayed.report),
                     Err(error) => Row::refused(name, "guard", replay.source.rate_hz, &error),
                 }
@@ -90,6 +94,14 @@ impl Fleet {
                 }
             }
         }
+    }
+
+    fn saved(&self, log: &Path, replayed: guard::Replayed) -> Result<guard::Replayed, ReplayError> {
+        if let Some(directory) = &self.save_models {
+            let path = Place::Directory(directory.clone()).of(log);
+            replayed.report.known.write(PendingFile::create(&path, SAVE_MODELS)?)?;
+        }
+        Ok(replayed)
     }
 }
 

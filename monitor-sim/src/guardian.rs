@@ -7,6 +7,7 @@ use monitor_core::moments::{LearnError, Moments};
 use monitor_core::sample::Absence;
 use serde::Serialize;
 
+use crate::models::{Models, ModelsError};
 use crate::names::name::Name;
 
 pub mod summary;
@@ -17,6 +18,8 @@ pub struct Guardian {
     guard: Monitor,
     motor: Option<MotorConstants>,
     directions: Directions,
+    /// The healthy readings that the directions are of: each set point has its own.
+    directed_at: [f32; 3],
 }
 
 /// What is said of one sample.
@@ -56,7 +59,16 @@ impl Guardian {
     /// # Errors
     /// [`ConfigError`] names the setting that is out of range.
     pub fn new(config: &Config, motor: Option<MotorConstants>) -> Result<Self, ConfigError> {
-        Ok(Guardian { guard: Monitor::new(config)?, motor, directions: Directions::none() })
+        let guard = Monitor::new(config)?;
+        Ok(Guardian { guard, motor, directions: Directions::none(), directed_at: [f32::NAN; 3] })
+    }
+
+    /// Gives the monitor what was learned of set points before.
+    ///
+    /// # Errors
+    /// [`ModelsError`] when that was under other settings.
+    pub fn restore(&mut self, models: &Models) -> Result<(), ModelsError> {
+        models.restore(&mut self.guard)
     }
 
     /// Takes one sample.
@@ -84,19 +96,27 @@ impl Guardian {
     }
 
     fn learn(&mut self) -> Result<(), LearnError> {
-        self.guard.finish_learning()?;
-        let mean = self.guard.model().map(monitor_core::guard::Model::mean);
-        let directions = self.motor.zip(mean).and_then(|(motor, mean)| Directions::of_motor(&motor, mean).ok());
-        self.directions = directions.unwrap_or_default();
-        Ok(())
+        self.guard.finish_learning().map(drop)
     }
 
-    fn found(&self, verdict: &Verdict) -> Option<Found> {
+    fn found(&mut self, verdict: &Verdict) -> Option<Found> {
         if verdict.deviates() {
+            self.direct();
             return found(&self.guard.finding(&self.directions));
         }
         let lost = verdict.gap() || verdict.losses().next().is_some();
         lost.then_some(Found { name: Name::SensorLoss, size: None })
+    }
+
+    /// Works out the directions if the monitor judges by another model than it did when they were.
+    fn direct(&mut self) {
+        let mean = self.guard.model().map(monitor_core::guard::Model::mean);
+        if let Some((motor, mean)) = self.motor.zip(mean)
+            && mean != self.directed_at
+        {
+            self.directions = Directions::of_motor(&motor, mean).unwrap_or_default();
+            self.directed_at = mean;
+        }
     }
 
     /// Share of each channel in how far the motor is from healthy, by the squares of its deviations in sigmas: of the
@@ -169,6 +189,17 @@ pub fn settings(rate_hz: f64, false_alarms_per_hour: f64, settle_s: f64, seed_s:
     }
 }
 
+/// The learning time for which [`settings`] shortens no time scale, s.
+#[must_use]
+pub fn ample_learn_s(rate_hz: f64) -> f64 {
+    let usual = Config::at_rate(rate_hz as f32);
+    let [_, middle, slow, _] = usual.time_constants_s.map(f64::from);
+    let [_, least_middle, least_slow, _] = LEAST_SAMPLES.map(|samples| samples / rate_hz);
+    let scales = f64::max(MIDDLES_IN_WINDOW * middle.max(least_middle), SLOWS_IN_WINDOW * slow.max(least_slow));
+    // A thousandth more than it takes, so that rounding to rows and to f32 shortens nothing either.
+    f64::from(usual.learn_s).max(1.001 * scales)
+}
+
 /// A time that the core, which cuts fractions of a sample off, takes for this number of samples.
 fn whole_samples(time_s: f64, rate_hz: f64) -> f32 {
     (((time_s * rate_hz).round() + 0.25) / rate_hz) as f32
@@ -188,6 +219,8 @@ pub fn spent(rate_hz: f64, start_s: f64, end_s: f64) -> [f64; 3] {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
 
     #[test]
     fn at_the_usual_rate_and_window_the_settings_are_the_cores_own() {
@@ -196,6 +229,33 @@ mod tests {
         let ours = settings(1000.0, 0.01, 2.0, 1.0, 15.0);
         assert_eq!(ours.time_constants_s, usual.time_constants_s);
         assert_eq!((ours.memory_s, ours.clear_hold_s), (usual.memory_s, usual.clear_hold_s));
+    }
+
+    #[test]
+    fn a_fault_is_sized_by_the_current_of_the_set_point_at_which_it_stands() {
+        let motor = MotorConstants { resistance_ohm: 0.3, torque_constant_nm_per_a: 0.03, load_slope_nm_s: 2e-4 };
+        let config = Config { settle_s: 0.1, seed_s: 0.5, learn_s: 4.0, ..Config::at_rate(1000.0) };
+        let mut guardian = Guardian::new(&config, Some(motor)).unwrap();
+        let mut draw = ChaCha8Rng::seed_from_u64(1);
+        let mut noise = || (0..12).map(|_| draw.random::<f32>()).sum::<f32>() - 6.0;
+        let mut run = |slots: u32, set_point: f32, current: f32, grown: f32| {
+            let voltage = (0.3 + grown) * current + 0.03 * set_point;
+            let mut step = || {
+                let x = [set_point + 0.1 * noise(), current + 0.02 * noise(), voltage + 0.02 * noise()];
+                guardian.step(set_point, x).found
+            };
+            (0..slots).map(|_| step()).last().flatten()
+        };
+        run(10_000, 300.0, 2.0, 0.0);
+        run(10_000, 200.0, 1.0, 0.0);
+        for (set_point, current) in [(200.0, 1.0), (300.0, 2.0)] {
+            run(3_000, set_point, current, 0.0);
+            let found = run(3_000, set_point, current, 0.1).unwrap();
+            assert_eq!(found.name, Name::ArmatureResistance);
+            let size = found.size.unwrap().value;
+            assert!((size - 0.1).abs() < 0.01, "{size} at {set_point}");
+            run(3_000, set_point, current, 0.0);
+        }
     }
 
     proptest! {

@@ -27,6 +27,7 @@ pub mod page;
 pub mod names;
 pub mod settings;
 pub mod stored;
+pub mod models;
 pub mod output;
 pub mod guardian;
 pub mod mission;

@@ -86,13 +86,12 @@ fn tune(args: &TuneArgs) -> Result<ExitCode, Failure> {
 }
 
 /// Begins the file that an option names, if it was given.
-fn pending(option: &str, path: Option<&Path>) -> Result<Option<PendingFile>, Failure> {
-    let file = path.map(PendingFile::create).transpose();
-    Ok(file.map_err(|error| error.to_string().replace("--out", option))?)
+fn pending(option: &'static str, path: Option<&Path>) -> Result<Option<PendingFile>, Failure> {
+    Ok(path.map(|path| PendingFile::create(path, option)).transpose()?)
 }
 
 /// Refuses two options that name the same file: what one of them holds would be overwritten.
-fn different(options: &[(&str, &Option<PathBuf>)]) -> Result<(), Failure> {
+fn different(options: &[(&'static str, &Option<PathBuf>)]) -> Result<(), Failure> {
     for (n, (option, path)) in options.iter().enumerate() {
         for (other, other_path) in &options[..n] {
             let (Some(path), Some(other_path)) = (path, other_path) else { continue };
@@ -100,7 +99,7 @@ fn different(options: &[(&str, &Option<PathBuf>)]) -> Result<(), Failure> {
                 let path = path.display();
                 return Err(format!("{other} and {option} are both '{path}'; give them a file each").into());
             }
-            output::spares(other_path, path)?;
+            output::spares(other_path, path, option)?;
         }
     }
     Ok(())

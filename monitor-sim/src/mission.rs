@@ -7,6 +7,7 @@ use monitor_core::units::{Amperes, RadPerSec, Volts};
 use serde::Serialize;
 
 use crate::fault::Fault;
+use crate::models::ModelsError;
 use crate::output::OutputError;
 use crate::plant::{Plant, PlantSample};
 use crate::scenario::Scenario;
@@ -27,6 +28,9 @@ pub enum MissionError {
     /// The learning window was refused.
     #[error("learning failed: {0}")]
     Learning(String),
+    /// Stored models do not fit.
+    #[error(transparent)]
+    Models(#[from] ModelsError),
     /// The monitor had not learned by the end of the scenario.
     #[error("the scenario ends before the monitor has learned: lengthen duration_s or bring learn.end_s forward")]
     NeverLearned,

@@ -5,7 +5,8 @@ use std::process::ExitCode;
 use monitor_sim::mission::guard;
 use monitor_sim::mission::paper::Mission;
 use monitor_sim::mission_page;
-use monitor_sim::output::OutputDir;
+use monitor_sim::models::{Models, SAVE_MODELS};
+use monitor_sim::output::{OutputDir, PendingFile};
 
 use crate::args::{MissionArgs, Mode};
 use crate::{
@@ -23,11 +24,13 @@ pub(crate) fn run(args: &MissionArgs) -> Result<ExitCode, Failure> {
 
 fn guard(args: &MissionArgs) -> Result<ExitCode, Failure> {
     only_in_paper_mode("--limits", args.limits.is_some())?;
+    let save = args.save_models.as_deref().map(|path| PendingFile::create(path, SAVE_MODELS)).transpose()?;
     let mission = guard::Mission {
         scenario: scenario(args.scenario.as_deref())?,
         false_alarms_per_hour: args.false_alarms_per_hour.unwrap_or(FALSE_ALARMS_PER_HOUR),
         seed: args.seed,
         faults: args.faults,
+        models: args.models.as_deref().map(Models::read).transpose()?,
     };
     let out = OutputDir::prepare(&args.out)?;
     let bar = progress(Some(mission.samples()), "samples");
@@ -36,11 +39,14 @@ fn guard(args: &MissionArgs) -> Result<ExitCode, Failure> {
     let mut report = flights.report(&mission);
     let page = mission_page::guard::page(&mission, &flights, &report);
     report.files.insert(0, out.write("mission.html", &page)?);
+    report.files.extend(save.map(|file| flights.tables.models.write(file)).transpose()?);
     print_all(&if args.json { json(&report)? } else { print::guard::mission(&mission, &report) })
 }
 
 fn paper(args: &MissionArgs) -> Result<ExitCode, Failure> {
     only_in_guard_mode("--false-alarms-per-hour", args.false_alarms_per_hour.is_some())?;
+    only_in_guard_mode("--models", args.models.is_some())?;
+    only_in_guard_mode(SAVE_MODELS, args.save_models.is_some())?;
     let mission = Mission {
         scenario: scenario(args.scenario.as_deref())?,
         settings: settings(args.limits.as_deref())?,

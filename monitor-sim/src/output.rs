@@ -10,25 +10,37 @@ use tempfile::NamedTempFile;
 #[derive(Debug, thiserror::Error)]
 pub enum OutputError {
     /// The directory cannot be made or written to.
-    #[error("cannot write to directory '{}': {source}; choose another with --out DIR", path.display())]
+    #[error("cannot write to directory '{}': {source}; choose another with {option} DIR", path.display())]
     Directory {
         /// The directory.
         path: PathBuf,
+        /// The option that chooses the directory.
+        option: &'static str,
         /// What the system said.
         source: std::io::Error,
     },
     /// A file to be written is one that was read.
-    #[error("'{}' is read here and would be overwritten; choose another place with --out", .0.display())]
-    WouldOverwriteInput(PathBuf),
+    #[error("'{}' is read here and would be overwritten; choose another place with {option}", path.display())]
+    WouldOverwriteInput {
+        /// The file.
+        path: PathBuf,
+        /// The option that chooses the place.
+        option: &'static str,
+    },
     /// A file cannot be written.
-    #[error("cannot write '{}': {source}; choose another path with --out", path.display())]
+    #[error("cannot write '{}': {source}; choose another path with {option}", path.display())]
     File {
         /// The file.
         path: PathBuf,
+        /// The option that chooses the path.
+        option: &'static str,
         /// What the system said.
         source: std::io::Error,
     },
 }
+
+/// The option that most results are sent by.
+pub const OUT: &str = "--out";
 
 /// A directory that exists and takes files.
 #[derive(Clone, Debug)]
@@ -41,7 +53,15 @@ impl OutputDir {
     /// # Errors
     /// [`OutputError::Directory`] when it does not.
     pub fn prepare(path: &Path) -> Result<Self, OutputError> {
-        let failed = |source| OutputError::Directory { path: path.to_owned(), source };
+        Self::prepare_for(path, OUT)
+    }
+
+    /// The same for a directory that was chosen by another option.
+    ///
+    /// # Errors
+    /// [`OutputError::Directory`] when it does not.
+    pub fn prepare_for(path: &Path, option: &'static str) -> Result<Self, OutputError> {
+        let failed = |source| OutputError::Directory { path: path.to_owned(), option, source };
         fs::create_dir_all(path).map_err(failed)?;
         NamedTempFile::new_in(path).map_err(failed)?;
         Ok(OutputDir(path.to_owned()))
@@ -52,7 +72,7 @@ impl OutputDir {
     /// # Errors
     /// [`OutputError::WouldOverwriteInput`] when it is.
     pub fn spares(&self, input: &Path, names: &[&str]) -> Result<(), OutputError> {
-        names.iter().try_for_each(|name| spares(input, &self.0.join(name)))
+        names.iter().try_for_each(|name| spares(input, &self.0.join(name), OUT))
     }
 
     /// Begins a file.
@@ -60,7 +80,7 @@ impl OutputDir {
     /// # Errors
     /// [`OutputError::File`] when the system refuses.
     pub fn create(&self, name: &str) -> Result<PendingFile, OutputError> {
-        PendingFile::create(&self.0.join(name))
+        PendingFile::create(&self.0.join(name), OUT)
     }
 
     /// Writes a whole file and returns where it is.
@@ -72,15 +92,15 @@ impl OutputDir {
     }
 }
 
-/// Refuses when `output` is the same file as `input`.
+/// Refuses when `output`, chosen by an option, is the same file as `input`.
 ///
 /// # Errors
 /// [`OutputError::WouldOverwriteInput`] when it is.
-pub fn spares(input: &Path, output: &Path) -> Result<(), OutputError> {
+pub fn spares(input: &Path, output: &Path, option: &'static str) -> Result<(), OutputError> {
     // A file that is not there yet has no canonical path, and nothing to lose.
     match (input.canonicalize(), output.canonicalize()) {
         (Ok(input_path), Ok(output_path)) if input_path == output_path => {
-            Err(OutputError::WouldOverwriteInput(input.to_owned()))
+            Err(OutputError::WouldOverwriteInput { path: input.to_owned(), option })
         }
         _ => Ok(()),
     }
@@ -90,30 +110,29 @@ pub fn spares(input: &Path, output: &Path) -> Result<(), OutputError> {
 #[derive(Debug)]
 pub struct PendingFile {
     path: PathBuf,
+    option: &'static str,
     writer: BufWriter<NamedTempFile>,
 }
 
 impl PendingFile {
-    /// Begins a file at `path`.
+    /// Begins a file at `path`, which was chosen by an option.
     ///
     /// # Errors
     /// [`OutputError::File`] when the system refuses.
-    pub fn create(path: &Path) -> Result<Self, OutputError> {
+    pub fn create(path: &Path, option: &'static str) -> Result<Self, OutputError> {
+        let failed = |source| OutputError::File { path: path.to_owned(), option, source };
         if path.is_dir() {
-            let source = std::io::Error::from(std::io::ErrorKind::IsADirectory);
-            return Err(OutputError::File { path: path.to_owned(), source });
+            return Err(failed(std::io::ErrorKind::IsADirectory.into()));
         }
         let directory = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        match NamedTempFile::new_in(directory) {
-            Ok(file) => Ok(PendingFile { path: path.to_owned(), writer: BufWriter::with_capacity(1 << 16, file) }),
-            Err(source) => Err(OutputError::File { path: path.to_owned(), source }),
-        }
+        let writer = BufWriter::with_capacity(1 << 16, NamedTempFile::new_in(directory).map_err(failed)?);
+        Ok(PendingFile { path: path.to_owned(), option, writer })
     }
 
     /// The error for something that went wrong while writing this file.
     #[must_use]
     pub fn failed(&self, source: std::io::Error) -> OutputError {
-        OutputError::File { path: self.path.clone(), source }
+        OutputError::File { path: self.path.clone(), option: self.option, source }
     }
 
     /// Writes a text, moves the file into its place and returns it.
@@ -130,8 +149,8 @@ impl PendingFile {
     /// # Errors
     /// [`OutputError::File`] when the system refuses.
     pub fn finish(self) -> Result<PathBuf, OutputError> {
-        let PendingFile { path, writer } = self;
-        let failed = |source| OutputError::File { path: path.clone(), source };
+        let PendingFile { path, option, writer } = self;
+        let failed = |source| OutputError::File { path: path.clone(), option, source };
         let file = writer.into_inner().map_err(|e| failed(e.into_error()))?;
         make_readable(file.as_file()).map_err(failed)?;
         file.persist(&path).map_err(|e| failed(e.error))?;

@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use crate::inject::{InjectError, Injection, ResolvedInjection};
 use crate::log::{ColumnRef, Log, LogError, LogOptions, TruncatedTail};
+use crate::models::ModelsError;
 use crate::names::ChannelNames;
 use crate::output::OutputError;
 use crate::record::PhaseCounts;
@@ -66,6 +67,9 @@ pub enum ReplayError {
     /// The window was refused.
     #[error("{0}")]
     Learning(String),
+    /// Stored models do not fit.
+    #[error(transparent)]
+    Models(#[from] ModelsError),
     /// The stored baseline does not fit.
     #[error("the stored baseline cannot be used: {0}")]
     Baseline(String),

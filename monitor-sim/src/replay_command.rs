@@ -5,10 +5,12 @@ use std::process::ExitCode;
 
 use monitor_core::guard::MotorConstants;
 use monitor_sim::log::{ColumnRef, LogOptions};
+use monitor_sim::models::{Place, SAVE_MODELS};
 use monitor_sim::names::ChannelNames;
-use monitor_sim::output::OutputDir;
-use monitor_sim::replay::paper::{Learn, Limits, MARGIN, Replay};
-use monitor_sim::replay::{Source, guard};
+use monitor_sim::output::{OutputDir, PendingFile, spares};
+use monitor_sim::replay::guard::Learn;
+use monitor_sim::replay::paper::{Limits, MARGIN, Replay};
+use monitor_sim::replay::{Source, guard, paper};
 use monitor_sim::replay_page;
 use monitor_sim::settings::PaperSettings;
 use monitor_sim::trace::TraceWriter;
@@ -32,19 +34,26 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<ExitCode, Failure> {
 /// What guard mode is asked for, of the log at `path`.
 pub(crate) fn guard_replay_of(path: &Path, args: &ReplayArgs) -> Result<guard::Replay, Failure> {
     if args.baseline.is_some() {
-        return Err("guard mode cannot judge by a stored baseline yet: give --learn A..B, or add --mode paper".into());
+        return Err("a stored baseline is the paper's: in guard mode give --models FILE, or add --mode paper".into());
     }
     only_in_paper_mode("--margin", args.margin.is_some())?;
     only_in_paper_mode("--limits", args.limits.is_some())?;
     only_in_paper_mode("--cutoff-hz", args.cutoff_hz.is_some())?;
-    only_in_paper_mode("--relearn", args.relearn.is_some())?;
-    guard_replay(path, &args.how)
+    only_in_paper_mode("--relearn", args.relearn.is_some() && args.models.is_none())?;
+    let learn = match &args.models {
+        Some(models) => Learn::Stored { place: Place::at(models), relearn_s: args.relearn },
+        None => Learn::Window(args.how.learn.ok_or("give --learn A..B or --models FILE")?),
+    };
+    guard_replay(path, &args.how, learn)
 }
 
 fn guard(log: &Path, args: &ReplayArgs) -> Result<ExitCode, Failure> {
     let replay = guard_replay_of(log, args)?;
     let out = OutputDir::prepare(&args.out)?;
     out.spares(log, &["replay.csv", "replay.html"])?;
+    let save = args.save_models.as_deref().map(|path| Place::at(path).of(log));
+    let save = save.map(|path| spares(log, &path, SAVE_MODELS).and_then(|()| PendingFile::create(&path, SAVE_MODELS)));
+    let save = save.transpose()?;
     let bar = progress(replay.source.bytes(), "bytes");
     let replayed = replay.run(
         |names| (!args.no_trace).then(|| TraceWriter::create(&out, "replay.csv", names)).transpose(),
@@ -52,6 +61,14 @@ fn guard(log: &Path, args: &ReplayArgs) -> Result<ExitCode, Failure> {
     );
     bar.finish_and_clear();
     let mut replayed = replayed?;
+    if let Some(file) = save {
+        let (written, relearn_s) = (replayed.report.known.write(file)?, replay.relearn_s()?);
+        replayed.report.notes.push(format!(
+            "another log is judged by what is known of this one with `--models {} --relearn {relearn_s}` in place of --learn",
+            written.display()
+        ));
+        replayed.report.files.push(written);
+    }
     let page = replay_page::guard::page(&replay, &replayed);
     replayed.report.files.insert(0, out.write("replay.html", &page)?);
     print_all(&if args.json { json(&replayed.report)? } else { print::guard::replay(&replayed) })?;
@@ -59,13 +76,13 @@ fn guard(log: &Path, args: &ReplayArgs) -> Result<ExitCode, Failure> {
 }
 
 /// A replay in guard mode of the log at `path`.
-pub(crate) fn guard_replay(path: &Path, how: &LogArgs) -> Result<guard::Replay, Failure> {
+pub(crate) fn guard_replay(path: &Path, how: &LogArgs, learn: Learn) -> Result<guard::Replay, Failure> {
     if how.resistance.is_some() && how.speed.is_none() {
         return Err("--resistance is a motor's: name its channels by --speed, --current and --voltage".into());
     }
     Ok(guard::Replay {
         source: source(path, how)?,
-        learn: how.learn.ok_or("give --learn A..B")?,
+        learn,
         false_alarms_per_hour: how.false_alarms_per_hour.unwrap_or(FALSE_ALARMS_PER_HOUR),
         settle_s: how.settle,
         set_point_tolerance: how.set_point_tolerance,
@@ -84,30 +101,49 @@ fn motor(how: &LogArgs) -> Option<MotorConstants> {
 
 /// What paper mode is asked for, of the log at `path`.
 pub(crate) fn paper_replay_of(path: &Path, args: &ReplayArgs) -> Result<Replay, Failure> {
-    only_in_guard_mode("--false-alarms-per-hour", args.how.false_alarms_per_hour.is_some())?;
-    only_in_guard_mode("--resistance", args.how.resistance.is_some())?;
-    let limits = match &args.limits {
-        Some(path) => Some(settings(Some(path))?),
-        None => None,
-    };
-    let defaults = PaperSettings::default_motor()?;
+    only_in_guard_mode("--models", args.models.is_some())?;
+    only_in_guard_mode(SAVE_MODELS, args.save_models.is_some())?;
     let learn = match (&args.how.learn, &args.baseline) {
-        (Some(window), _) => Learn::Window(*window),
-        (None, Some(path)) => Learn::Stored(Box::new(parsed(path, "baseline")?)),
+        (Some(window), _) => paper::Learn::Window(*window),
+        (None, Some(path)) => paper::Learn::Stored(Box::new(parsed(path, "baseline")?)),
         (None, None) => return Err("give --learn A..B or --baseline FILE".into()),
     };
+    let replay = paper_replay(path, &args.how, learn, args.limits.as_deref())?;
     Ok(Replay {
-        source: source(path, &args.how)?,
-        learn,
         recall: args.recall,
-        settle_s: args.how.settle,
         relearn_s: args.relearn,
-        set_point_tolerance: args.how.set_point_tolerance,
-        cutoff_hz: limits.as_ref().map(|l| l.cutoff_hz).or(args.cutoff_hz),
-        hysteresis: limits.as_ref().map_or(defaults.hysteresis, |l| l.hysteresis),
-        explained_share: limits.as_ref().map_or(defaults.explained_share, |l| l.explained_share),
-        limits: limits
-            .map_or(Limits::FromLearning { margin: args.margin.unwrap_or(MARGIN) }, |l| Limits::Fixed(l.thresholds)),
+        cutoff_hz: replay.cutoff_hz.or(args.cutoff_hz),
+        // With a file of thresholds there is no margin.
+        limits: args.margin.map_or(replay.limits, |margin| Limits::FromLearning { margin }),
+        ..replay
+    })
+}
+
+/// A replay in paper mode of the log at `path`, with the thresholds of a file if there is one.
+pub(crate) fn paper_replay(
+    path: &Path,
+    how: &LogArgs,
+    learn: paper::Learn,
+    limits: Option<&Path>,
+) -> Result<Replay, Failure> {
+    only_in_guard_mode("--false-alarms-per-hour", how.false_alarms_per_hour.is_some())?;
+    only_in_guard_mode("--resistance", how.resistance.is_some())?;
+    let fixed = limits.map(|path| settings(Some(path))).transpose()?;
+    let PaperSettings { hysteresis, explained_share, .. } = match &fixed {
+        Some(fixed) => fixed.clone(),
+        None => PaperSettings::default_motor()?,
+    };
+    Ok(Replay {
+        source: source(path, how)?,
+        learn,
+        recall: false,
+        settle_s: how.settle,
+        relearn_s: None,
+        set_point_tolerance: how.set_point_tolerance,
+        cutoff_hz: fixed.as_ref().map(|fixed| fixed.cutoff_hz),
+        hysteresis,
+        explained_share,
+        limits: fixed.map_or(Limits::FromLearning { margin: MARGIN }, |fixed| Limits::Fixed(fixed.thresholds)),
     })
 }
 

@@ -51,7 +51,7 @@ fn measure(speed: &Speed, as_json: bool) -> Result<ExitCode, Failure> {
     let report = speed.run(|| bar.inc(1));
     bar.finish_and_clear();
     let report = report?;
-    print_all(&if as_json { json(&report)? } else { print::shown(report.table()) })
+    print_all(&if as_json { json(&report)? } else { report.tables().into_iter().map(print::shown).collect() })
 }
 
 fn make<S: Study>(study: &S, common: &CommonArgs) -> Result<ExitCode, Failure> {

@@ -52,6 +52,12 @@ pub struct Tune {
 pub struct SweepRow {
     /// Threshold over the largest fault-free residual.
     pub margin: f64,
+    /// Seed of the first run, which is behind those that set the thresholds.
+    pub first_seed: u64,
+    /// Fault-free runs.
+    pub runs: usize,
+    /// Hours of them that were monitored.
+    pub hours: f64,
     /// Alarms in fault-free missions.
     pub false_alarms: usize,
     /// Alarms per hour monitored.
@@ -80,6 +86,8 @@ pub struct SweepFault {
 pub struct TuneReport {
     /// The settings with the thresholds that were found.
     pub settings: PaperSettings,
+    /// What thresholds and residuals are counted in.
+    pub residual_unit: &'static str,
     /// The trade-off, on seeds that were not used to set the thresholds.
     pub sweep: Vec<SweepRow>,
     /// Hours of fault-free mission behind each line of it.
@@ -152,11 +160,12 @@ impl Tune {
         let hours = self.runs as f64 * (healthy.duration_s - healthy.learn.end_s) / 3600.0;
         let sweep = SWEEP.iter().enumerate().map(|(k, margin)| {
             let of_margin = |scores: &[Vec<Score>]| scores.iter().filter_map(|s| s.get(k).cloned()).collect::<Vec<_>>();
-            sweep_row(*margin, &of_margin(&healthy_scores), &of_margin(&borderline_scores), hours)
+            self.sweep_row(*margin, &of_margin(&healthy_scores), &of_margin(&borderline_scores), hours)
         });
         let names = ChannelNames::motor();
         let not_separated = ModelId::ALL.iter().filter(|m| smallest.get(**m) <= settings.thresholds.get(**m));
         Ok(TuneReport {
+            residual_unit: "mean T2 in control",
             sweep: sweep.collect(),
             hours,
             not_separated: not_separated.map(|m| names.model(*m)).collect(),
@@ -210,6 +219,34 @@ impl Tune {
             }
         })?;
         Ok(outputs.iter().map(|o| score_scenario(scenario, o, samples)).collect())
+    }
+
+    fn sweep_row(&self, margin: f64, healthy: &[Score], borderline: &[Score], hours: f64) -> SweepRow {
+        let false_alarms = healthy.iter().map(|s| s.false_alarms).sum();
+        let table_2 =
+            |score: &Score| score.faults.iter().filter(|f| f.method == Method::Ppca).cloned().collect::<Vec<_>>();
+        let ids: Vec<String> =
+            borderline.first().map(|s| table_2(s).into_iter().map(|f| f.id).collect()).unwrap_or_default();
+        let fault = |id: String| {
+            let rows: Vec<_> = borderline.iter().flat_map(table_2).filter(|f| f.id == id).collect();
+            let delays: Vec<f64> = rows.iter().filter_map(|f| f.detected_s.map(|t| t - f.start_s)).collect();
+            SweepFault {
+                detected: delays.len(),
+                runs: rows.len(),
+                worst_delay_s: (delays.len() == rows.len()).then(|| delays.iter().copied().fold(0.0, f64::max)),
+                right_name_share: rows.iter().filter_map(|f| f.located_share).sum::<f64>() / rows.len().max(1) as f64,
+                id,
+            }
+        };
+        SweepRow {
+            margin,
+            first_seed: self.first_seed.wrapping_add(self.runs),
+            runs: healthy.len(),
+            hours,
+            false_alarms,
+            false_alarms_per_hour: false_alarms as f64 / hours,
+            faults: ids.into_iter().map(fault).collect(),
+        }
     }
 }
 
@@ -269,28 +306,4 @@ fn rounded(residuals: &ByModel<f64>) -> ByModel<f64> {
 /// Three decimals are enough for a threshold, and upwards is the side of fewer false alarms.
 fn rounded_up(threshold: f64) -> f64 {
     (threshold * 1000.0).ceil() / 1000.0
-}
-
-fn sweep_row(margin: f64, healthy: &[Score], borderline: &[Score], hours: f64) -> SweepRow {
-    let false_alarms = healthy.iter().map(|s| s.false_alarms).sum();
-    let table_2 = |score: &Score| score.faults.iter().filter(|f| f.method == Method::Ppca).cloned().collect::<Vec<_>>();
-    let ids: Vec<String> =
-        borderline.first().map(|s| table_2(s).into_iter().map(|f| f.id).collect()).unwrap_or_default();
-    let fault = |id: String| {
-        let rows: Vec<_> = borderline.iter().flat_map(table_2).filter(|f| f.id == id).collect();
-        let delays: Vec<f64> = rows.iter().filter_map(|f| f.detected_s.map(|t| t - f.start_s)).collect();
-        SweepFault {
-            detected: delays.len(),
-            runs: rows.len(),
-            worst_delay_s: (delays.len() == rows.len()).then(|| delays.iter().copied().fold(0.0, f64::max)),
-            right_name_share: rows.iter().filter_map(|f| f.located_share).sum::<f64>() / rows.len().max(1) as f64,
-            id,
-        }
-    };
-    SweepRow {
-        margin,
-        false_alarms,
-        false_alarms_per_hour: false_alarms as f64 / hours,
-        faults: ids.into_iter().map(fault).collect(),
-    }
 }

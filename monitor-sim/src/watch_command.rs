@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use monitor_sim::replay::{guard, paper};
 use monitor_sim::watch::{Feed, Player, as_text, draw};
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event};
@@ -13,7 +14,7 @@ use signal_hook::consts::SIGTERM;
 
 use crate::args::Mode;
 use crate::args::watch::WatchArgs;
-use crate::replay_command::guard_replay;
+use crate::replay_command::{guard_replay, paper_replay};
 use crate::{FALSE_ALARMS_PER_HOUR, Failure, only_in_guard_mode, only_in_paper_mode, print_all, scenario, settings};
 
 /// Time from one frame to the next, and how much of it the run may take: the rest is for drawing and for keys.
@@ -39,10 +40,17 @@ pub(crate) fn run(args: &WatchArgs) -> Result<ExitCode, Failure> {
 
 fn feed(args: &WatchArgs) -> Result<Feed, Failure> {
     if let Some(path) = &args.log {
-        if args.mode == Mode::Paper {
-            return Err("a log is watched in guard mode: leave --mode paper out, or use `monitor-sim replay`".into());
-        }
-        return Ok(Feed::log(&guard_replay(path, &args.how)?)?);
+        let window = args.how.learn.ok_or("give --learn A..B")?;
+        return match args.mode {
+            Mode::Guard => {
+                only_in_paper_mode("--limits", args.limits.is_some())?;
+                Ok(Feed::log(&guard_replay(path, &args.how, guard::Learn::Window(window))?)?)
+            }
+            Mode::Paper => {
+                let learn = paper::Learn::Window(window);
+                Ok(Feed::paper_log(&paper_replay(path, &args.how, learn, args.limits.as_deref())?)?)
+            }
+        };
     }
     let (scenario, seed) = (scenario(args.scenario.as_deref())?, args.seed.unwrap_or(1));
     match args.mode {

@@ -67,6 +67,12 @@ impl Stored {
         Ok(stored)
     }
 
+    /// The set point that it is of.
+    #[must_use]
+    pub fn set_point(&self) -> f32 {
+        self.words().nth(1 + SETTINGS).map_or(f32::NAN, f32::from_bits)
+    }
+
     pub(super) fn of(design: &Design, set_point: f32, known: &Known) -> Self {
         let mut bytes = [0; Self::BYTES];
         let (body, checksum) = bytes.split_at_mut(Self::BYTES - 4);

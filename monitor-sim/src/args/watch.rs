@@ -21,7 +21,7 @@ Exit codes: 0 done, 2 wrong input or no terminal.";
 
 #[derive(Debug, Args)]
 pub(crate) struct WatchArgs {
-    /// A recorded log to be replayed, in guard mode; without it a mission is flown
+    /// A recorded log to be replayed; without it a mission is flown
     #[arg(value_name = "LOG", requires_all = ["rate_hz", "learn"])]
     pub(crate) log: Option<PathBuf>,
     /// How many times as fast as real time, or `max`
@@ -33,8 +33,9 @@ pub(crate) struct WatchArgs {
     /// Mission: seed of the sensor noise; 1 if none
     #[arg(long, allow_negative_numbers = true, conflicts_with = "log")]
     pub(crate) seed: Option<u64>,
-    /// Mission: thresholds file for --mode paper, as `tune` writes it; those of the default motor if none
-    #[arg(long, value_name = "FILE", conflicts_with = "log")]
+    /// Thresholds file for --mode paper, as `tune` writes it; if none, those of the default motor for a mission, and of a log 1.5
+    /// times the largest residual of --learn
+    #[arg(long, value_name = "FILE")]
     pub(crate) limits: Option<PathBuf>,
     /// Which monitor judges
     #[arg(long, value_enum, default_value_t = Mode::Guard)]

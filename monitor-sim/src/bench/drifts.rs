@@ -75,10 +75,14 @@ pub struct JudgedRun {
     pub judged: String,
     /// Whether it is healthy, so that each alarm is a false one.
     pub healthy: bool,
-    /// Its rows.
+    /// Rows of its file.
+    pub recorded_rows: usize,
+    /// Those of them that count.
     pub rows: usize,
-    /// Those that were judged: neither settling nor learning anew after a change of the set point.
+    /// Those of them that were judged: neither settling nor learning anew after a change of the set point.
     pub judged_rows: Option<usize>,
+    /// Share of the rows that count which were judged; none where nothing was learned.
+    pub judged_share: Option<f64>,
     /// Alarms; none where nothing was learned.
     pub alarms: Option<usize>,
     /// Rows over which they stood.
@@ -207,8 +211,10 @@ impl Meeting<'_> {
             learned: self.learner.recorded.name.clone(),
             judged: self.target.name.clone(),
             healthy: self.target.healthy,
+            recorded_rows: self.target.rows,
             rows: self.target.samples.len(),
             judged_rows: plain.as_ref().map(|plain| plain.watched),
+            judged_share: plain.as_ref().map(|plain| plain.watched as f64 / self.target.samples.len().max(1) as f64),
             alarms: plain.as_ref().map(|plain| plain.alarms.len()),
             alarm_rows: plain.as_ref().map(|plain| plain.alarm.iter().filter(|stands| **stands).count()),
             alarm: plain.as_ref().map(|plain| self.target.stretches(&plain.alarm, 0)).unwrap_or_default(),

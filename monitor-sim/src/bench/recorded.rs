@@ -22,7 +22,9 @@ const HEAD_BYTES: usize = 64 * 1024;
 pub struct Recorded {
     /// Path of the file below the directory.
     pub name: String,
-    /// The samples.
+    /// Rows of the file.
+    pub rows: usize,
+    /// The samples: of the rows that count.
     pub samples: Vec<Sample>,
     /// When each was taken, in nanoseconds from the first.
     pub at_ns: Vec<i64>,
@@ -154,6 +156,7 @@ fn read(protocol: &Protocol, bytes: &[u8], name: String) -> Result<Recorded, Str
     if run.samples.is_empty() {
         return Err(format!("none of its {row} rows counts; check `where` of the description"));
     }
+    run.rows = row as usize;
     Ok(run)
 }
 

@@ -91,7 +91,7 @@ pub(super) fn of_drifts(report: &DriftReport) -> Vec<TextTable> {
     let learned = TextTable::new("Learned", header).with_rows(report.learned.iter().map(learned_row));
     let judged = |caption: &str, healthy: bool| {
         let runs = report.judged.iter().filter(|judged| judged.healthy == healthy);
-        let header = ["", "rows", "alarms", "rows under alarm", "share of rows, %"];
+        let header = ["", "rows", "count", "judged, %", "alarms", "rows under alarm", "of those that count, %"];
         TextTable::new(caption, header).with_rows(runs.map(judged_row))
     };
     let drifts = TextTable::new(
@@ -143,10 +143,18 @@ fn learned_row(run: &LearnedRun) -> [String; 6] {
     [name, run.first_row.to_string(), run.rows.to_string(), a, b, c]
 }
 
-fn judged_row(run: &JudgedRun) -> [String; 5] {
+fn judged_row(run: &JudgedRun) -> [String; 7] {
     let count = |count: Option<usize>| count.map_or_else(|| "refused".to_owned(), |count| count.to_string());
     let share = run.alarm_rows.map(|rows| 100.0 * rows as f64 / run.rows.max(1) as f64);
-    [pair(&run.learned, &run.judged), run.rows.to_string(), count(run.alarms), count(run.alarm_rows), number(share, 1)]
+    [
+        pair(&run.learned, &run.judged),
+        run.recorded_rows.to_string(),
+        run.rows.to_string(),
+        number(run.judged_share.map(|share| 100.0 * share), 1),
+        count(run.alarms),
+        count(run.alarm_rows),
+        number(share, 1),
+    ]
 }
 
 fn drift_row(case: &DriftCase) -> [String; 8] {

@@ -22,7 +22,7 @@ pub struct Row {
     pub rate_hz: f64,
     /// Rows with a value that is not finite.
     pub skipped: Option<u64>,
-    /// Samples learned from.
+    /// Samples learned from; not known of a log that was judged by stored models.
     pub learned: Option<u64>,
     /// Share of the samples learned from of which a reading was clipped.
     pub clipped_share: Option<f64>,
@@ -98,7 +98,7 @@ impl Row {
     /// A log that was judged in `guard` mode.
     #[must_use]
     pub fn of_guard(file: String, report: &GuardReplayReport) -> Self {
-        let (quality, first) = (&report.learned.quality, report.alarms.first());
+        let (quality, first) = (report.learned.quality, report.alarms.first());
         let size = first.and_then(|alarm| alarm.size);
         Row {
             file,
@@ -106,11 +106,11 @@ impl Row {
             rows: Some(report.samples),
             rate_hz: report.rate_hz,
             skipped: Some(report.skipped),
-            learned: Some(report.learned.n.into()),
-            clipped_share: Some(quality.clipped_share),
-            condition_number: Some(quality.condition_number),
-            half_shift_sigma: Some(quality.half_shift_sigma),
-            slow_variance_ratio: Some(quality.slow_variance_ratio),
+            learned: quality.map(|quality| quality.samples.into()),
+            clipped_share: quality.map(|quality| quality.clipped_share),
+            condition_number: quality.map(|quality| quality.condition_number),
+            half_shift_sigma: quality.map(|quality| quality.half_shift_sigma),
+            slow_variance_ratio: quality.map(|quality| quality.slow_variance_ratio),
             covered_share: covered(report.coverage.phases, report.coverage.withheld),
             alarms: Some(report.alarms.len() as u64),
             first_alarm_s: first.map(|alarm| alarm.start_s),

@@ -85,14 +85,16 @@ pub struct WindowQuality {
     pub slow_variance_ratio: f64,
 }
 
-impl From<&Quality> for WindowQuality {
-    fn from(quality: &Quality) -> Self {
-        WindowQuality {
+impl WindowQuality {
+    /// Of the last window that a monitor accepted; none if there was none.
+    #[must_use]
+    pub fn of(quality: &Quality) -> Option<Self> {
+        (quality.samples > 0).then(|| WindowQuality {
             samples: quality.samples,
             clipped_share: f64::from(quality.clipped_share),
             condition_number: f64::from(quality.condition),
             half_shift_sigma: f64::from(quality.drift_sigmas),
             slow_variance_ratio: f64::from(quality.slow_variance_ratio),
-        }
+        })
     }
 }

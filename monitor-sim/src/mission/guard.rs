@@ -10,6 +10,7 @@ use monitor_core::pca::ExplainedShare;
 
 use super::{Faults, MissionError, feed, recovery, sample_at, truth};
 use crate::guardian::{self, Guardian, Said};
+use crate::models::Models;
 use crate::names::{ChannelNames, explain_guard_config};
 use crate::output::OutputDir;
 use crate::plant::PlantSample;
@@ -43,6 +44,8 @@ pub struct Flight {
     pub alarms: Vec<Alarm>,
     /// The tables.
     pub score: Score,
+    /// What was known of each set point when the flight ended.
+    pub models: Models,
 }
 
 /// The settings a scenario is flown with: the monitor settles and seeds before the learning window, and learns over it.
@@ -56,18 +59,20 @@ pub fn settings(scenario: &Scenario, false_alarms_per_hour: f64) -> Config {
     }
 }
 
-/// Flies a scenario. `tick` is called with the number of samples flown since the last call.
+/// Flies a scenario, by stored models if there are any. `tick` is called with the number of samples flown since the last call.
 ///
 /// # Errors
-/// [`MissionError`] when the settings or the learning window are refused, or the trace cannot be written.
+/// [`MissionError`] when the settings, the models or the learning window are refused, or the trace cannot be written.
 pub fn fly(
     scenario: &Scenario,
     config: &Config,
+    models: Option<&Models>,
     seed: u64,
     mut trace: Option<&mut TraceWriter<Said>>,
     tick: impl Fn(u64),
 ) -> Result<Flight, MissionError> {
     let mut guardian = guardian(scenario, config)?;
+    models.map_or(Ok(()), |models| guardian.restore(models))?;
     let mut recording = Recording::new(scenario.rate_hz());
     let mut witness = Witness::new(scenario);
     let mut alarms = AlarmBuilder::new(scenario.rate_hz(), ChannelNames::motor());
@@ -98,6 +103,7 @@ pub fn fly(
         score: witness.score(&recording, samples),
         alarms: alarms.finish(),
         recording,
+        models: Models::of(guard),
     })
 }
 
@@ -201,6 +207,8 @@ pub struct Mission {
     pub seed: u64,
     /// How faults are introduced in the tables.
     pub faults: Faults,
+    /// What was learned before; the monitor learns for itself if none.
+    pub models: Option<Models>,
 }
 
 /// The flights of a mission.
@@ -243,7 +251,7 @@ impl Mission {
         let mut trace = TraceWriter::create(out, "trace.csv", &ChannelNames::motor())?;
         let mut trace_ramp = TraceWriter::create(out, "trace-ramp.csv", &ChannelNames::motor())?;
         let config = self.settings();
-        let flight = |scenario: &Scenario, trace| fly(scenario, &config, self.seed, trace, &tick);
+        let flight = |scenario: &Scenario, trace| fly(scenario, &config, self.models.as_ref(), self.seed, trace, &tick);
         let (tables, (ramps, speed_dependent)) = rayon::join(
             || flight(&tables, Some(&mut trace)),
             || rayon::join(|| flight(&ramps, Some(&mut trace_ramp)), || flight(&speed_dependent, None)),

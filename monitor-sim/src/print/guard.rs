@@ -41,7 +41,9 @@ pub(crate) fn replay(replayed: &Replayed) -> String {
     let mut text =
         format!("Replay of {}: {} rows at {} Hz, guard mode\n\n", report.log.display(), report.samples, report.rate_hz);
     text += &shown(tables::guard::learned(&report.learned, names));
-    text += &shown(tables::guard::quality(&report.learned.quality));
+    if report.learned.quality.is_some() {
+        text += &shown(tables::guard::quality(&report.learned.quality));
+    }
     text += &shown(tables::guard::limits(&report.limits, &report.settings.time_constants_s));
     for remark in replayed.remarks() {
         let _ = writeln!(text, "{remark}");

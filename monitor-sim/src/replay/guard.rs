@@ -1,16 +1,16 @@
-//! A replay in `guard` mode: one pass, in which the monitor seeds and learns over a window of the log and judges the rest.
+//! A replay in `guard` mode: one pass, in which the monitor seeds and learns over a window of the log and judges the rest, or
+//! judges from the beginning by models of another run.
 
 mod alarm;
 mod pass;
 mod report;
-
-use std::ops::Range;
 
 use monitor_core::guard::{Config, MotorConstants};
 use monitor_core::moments::Moments;
 
 use super::{ReplayError, Source, TICK_ROWS};
 use crate::guardian::{self, Guardian, Said};
+use crate::models::{Models, Place};
 use crate::names::{ChannelNames, explain_guard_config};
 use crate::output::OutputError;
 use crate::trace::{TraceRow, TraceWriter};
@@ -29,13 +29,27 @@ const SEED_SHARE: u64 = 10;
 const LEAST_SEED: u64 = Moments::<3>::MIN_SAMPLES as u64;
 const LEAST_LEARN: u64 = 4 * LEAST_SEED;
 
+/// What judging starts from.
+#[derive(Clone, Debug)]
+pub enum Learn {
+    /// A window of the log, to be learned.
+    Window(RowWindow),
+    /// Models of an earlier run.
+    Stored {
+        /// Where they are.
+        place: Place,
+        /// Length of the learning window at a set point that is not among them, s; as long as the time scales want it if none.
+        relearn_s: Option<f64>,
+    },
+}
+
 /// What to replay, and how.
 #[derive(Clone, Debug)]
 pub struct Replay {
     /// The log.
     pub source: Source,
-    /// Where to learn what healthy means.
-    pub learn: RowWindow,
+    /// What judging starts from.
+    pub learn: Learn,
     /// False alarms that are tolerable per hour.
     pub false_alarms_per_hour: f64,
     /// Settling time after a change of the set point, s.
@@ -85,8 +99,12 @@ impl Replay {
     pub fn check(&self) -> Result<(), ReplayError> {
         self.source.check_rate()?;
         self.source.resolved_injections()?;
-        let config = self.config(&self.learn.rows(self.source.rate_hz)?)?;
-        self.guardian(&config).map(drop)
+        let mut guardian = self.guardian(&self.config()?)?;
+        // Of a directory, each log will name its own file.
+        if let Learn::Stored { place: Place::File(path), .. } = &self.learn {
+            self.restore(&Models::read(path)?, &mut guardian)?;
+        }
+        Ok(())
     }
 
     /// Opens the log, to be replayed row by row.
@@ -97,10 +115,43 @@ impl Replay {
         Pass::new(self)
     }
 
+    /// Rows of a learning window at a set point that nothing is known of.
+    fn learn_rows(&self) -> Result<u64, ReplayError> {
+        let rate_hz = self.source.rate_hz;
+        match &self.learn {
+            Learn::Window(window) => Ok(window.rows(rate_hz).map(|rows| rows.end.saturating_sub(rows.start))?),
+            Learn::Stored { relearn_s: Some(relearn_s), .. } => Ok((relearn_s * rate_hz).round() as u64),
+            Learn::Stored { relearn_s: None, .. } => {
+                let learned = 1.0 - 2.0 / SEED_SHARE as f64;
+                Ok((guardian::ample_learn_s(rate_hz) * rate_hz / learned).ceil() as u64)
+            }
+        }
+    }
+
+    /// The `--relearn` with which another log is judged by what this one leaves.
+    ///
+    /// # Errors
+    /// [`ReplayError`] when the learning window makes no sense.
+    pub fn relearn_s(&self) -> Result<f64, ReplayError> {
+        Ok(self.learn_rows()? as f64 / self.source.rate_hz)
+    }
+
+    /// Gives a monitor what was learned before, if the log's set points can be among it.
+    fn restore(&self, models: &Models, guardian: &mut Guardian) -> Result<(), ReplayError> {
+        guardian.restore(models)?;
+        let constant = |at: f32| f64::from(at).abs() <= self.set_point_tolerance;
+        if self.source.set_point.is_none() && !models.set_points().any(constant) {
+            return Err(ReplayError::Settings(format!(
+                "the models are of the set points {}, and a log without one counts as 0: name its column with --set-point",
+                models.listed()
+            )));
+        }
+        Ok(())
+    }
+
     /// The monitor's settings: two tenths of the window seed the clip of spikes, the rest is learned from.
-    fn config(&self, window: &Range<u64>) -> Result<Config, ReplayError> {
-        let rows = window.end.saturating_sub(window.start);
-        let config = config(rows, self.source.rate_hz, self.false_alarms_per_hour, self.settle_s)?;
+    fn config(&self) -> Result<Config, ReplayError> {
+        let config = config(self.learn_rows()?, self.source.rate_hz, self.false_alarms_per_hour, self.settle_s)?;
         Ok(Config { set_point_tolerance: self.set_point_tolerance as f32, ..config })
     }
 
@@ -121,7 +172,7 @@ pub(crate) fn config(
     if learn < LEAST_LEARN {
         return Err(ReplayError::Learning(format!(
             "the learning window holds {rows} rows, and guard mode needs at least {} (two times {LEAST_SEED} to tell \
-             spikes by, {LEAST_LEARN} to learn from): choose a longer --learn; --mode paper needs {LEAST_SEED}",
+             spikes by, {LEAST_LEARN} to learn from): choose a longer --learn (with --models: --relearn); --mode paper needs {LEAST_SEED}",
             2 * LEAST_SEED + LEAST_LEARN
         )));
     }

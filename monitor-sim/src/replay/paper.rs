@@ -5,18 +5,18 @@
 
 mod alarm;
 mod learn;
+mod pass;
 mod report;
 
 use std::path::PathBuf;
 
 use monitor_core::moments::LearnError;
 use monitor_core::paper::monitor::ConfigError;
-use monitor_core::paper::{Config, Monitor, Phase, Verdict};
+use monitor_core::paper::{Config, Monitor, Verdict};
 use monitor_core::pca::ExplainedShare;
 use monitor_core::sample::Bank;
 
-use super::{Reading, Refusal, ReplayError, Source, TICK_ROWS, coverage, next_reading, notes};
-use crate::inject::ResolvedInjection;
+use super::{Reading, Refusal, ReplayError, Source, TICK_ROWS, coverage, notes};
 use crate::names::{ByModel, ChannelNames, explain_config};
 use crate::output::OutputError;
 use crate::record::paper::Recording;
@@ -26,7 +26,7 @@ use crate::window::RowWindow;
 
 pub use alarm::Alarm;
 pub(crate) use alarm::AlarmBuilder;
-use learn::Start;
+pub use pass::{Pass, Step};
 pub use report::{Learned, Quality, ReplayReport};
 
 /// The residual of a run whose limits are still sought meets no relay.
@@ -133,25 +133,9 @@ impl Replay {
         trace: impl FnOnce(&ChannelNames) -> Result<Option<TraceWriter<Verdict>>, OutputError>,
         tick: impl FnMut(u64),
     ) -> Result<Replayed, ReplayError> {
-        self.source.check_rate()?;
-        let names = self.source.names();
-        let injections = self.source.resolved_injections()?;
-        let share = ExplainedShare::new(self.explained_share as f32).map_err(|e| settings(e.into()))?;
-        // What is missing or a directory is told of when it is opened.
-        if std::fs::metadata(&self.source.path).is_ok_and(|data| !data.is_file() && !data.is_dir()) {
-            return Err(ReplayError::NotAFile(self.source.path.clone()));
-        }
-        // Settings are refused before a long log is read.
-        self.check()?;
-        let start = match &self.learn {
-            Learn::Window(window) => {
-                self.start_from_window(&window.rows(self.source.rate_hz)?, &injections, &names, share)?
-            }
-            Learn::Stored(stored) => self.start_from_stored(stored, &names, share)?,
-        };
-        let config = self.config(ByModel::from_fn(|model| *start.thresholds.get(model) as f32).bank())?;
-        let monitor = Monitor::new(&config).map_err(settings)?.starting_from(start.baseline, start.set_point as f32);
-        let judged = self.judge(&start, &injections, &names, monitor, trace(&names)?, tick)?;
+        let pass = self.begin()?;
+        let (names, start) = (pass.names().clone(), pass.start.clone());
+        let judged = self.judge(pass, trace(&names)?, tick)?;
 
         let report = ReplayReport {
             mode: "paper",
@@ -181,6 +165,28 @@ impl Replay {
             ..StoredBaseline::of(&start.baseline)
         };
         Ok(Replayed { report, recording: judged.recording, names, baseline: stored })
+    }
+
+    /// Learns, and opens the log to be judged row by row.
+    ///
+    /// # Errors
+    /// [`ReplayError`] when a setting makes no sense, or the log cannot be read or learned from.
+    pub fn begin(&self) -> Result<Pass, ReplayError> {
+        // Settings are refused before a long log is read.
+        self.check()?;
+        let share = ExplainedShare::new(self.explained_share as f32).map_err(|e| settings(e.into()))?;
+        // What is missing or a directory is told of when it is opened.
+        if std::fs::metadata(&self.source.path).is_ok_and(|data| !data.is_file() && !data.is_dir()) {
+            return Err(ReplayError::NotAFile(self.source.path.clone()));
+        }
+        let (names, injections) = (self.source.names(), self.source.resolved_injections()?);
+        let start = match &self.learn {
+            Learn::Window(window) => {
+                self.start_from_window(&window.rows(self.source.rate_hz)?, &injections, &names, share)?
+            }
+            Learn::Stored(stored) => self.start_from_stored(stored, &names, share)?,
+        };
+        Pass::new(self, start)
     }
 
     /// Refuses settings that make no sense, whatever the log.
@@ -225,52 +231,38 @@ impl Replay {
     /// Third pass: record everything, judge what lies behind the window.
     fn judge(
         &self,
-        start: &Start,
-        injections: &[ResolvedInjection],
-        names: &ChannelNames,
-        mut monitor: Monitor,
+        mut pass: Pass,
         mut trace: Option<TraceWriter<Verdict>>,
         mut tick: impl FnMut(u64),
     ) -> Result<Judged, ReplayError> {
-        let mut log = self.source.open()?;
         let mut judged = Judged::new(self.source.rate_hz);
-        let learned = start.learned.start_row.zip(start.learned.end_row).map_or(0..0, |(start, end)| start..end);
-        let mut alarms = AlarmBuilder::new(self.source.rate_hz, monitor.thresholds());
-        while let Some(reading) = next_reading(&mut log, injections)? {
-            let Reading { row, set_point, x } = reading;
+        let mut alarms = AlarmBuilder::new(self.source.rate_hz, pass.monitor().thresholds());
+        while let Some(Step { row, set_point, x, judged: verdict, refused }) = pass.next_step()? {
+            let reading = Reading { row, set_point, x };
             judged.skipped += u64::from(!reading.is_finite());
-            // A last row without a line end may be cut inside its last number; one wrong value would raise an alarm.
-            if row < start.row || log.ends_without_newline() {
-                judged.recording.signals.push(row, set_point, x);
-                if learned.contains(&row) {
-                    judged.recording.phases.push(row, "learning");
-                }
-            } else {
-                let verdict = *monitor.step_channels(set_point as f32, reading.channels());
-                if verdict.phase() == Phase::ModelDue
-                    && let Err(error) = monitor.finish_learning()
-                {
-                    judged.refused.push(Refusal { row, reason: names.explain_learning(error) });
+            if let Some(verdict) = verdict {
+                if let Some(error) = refused {
+                    judged.refused.push(Refusal { row, reason: pass.names().explain_learning(error) });
                 }
                 judged.recording.push(row, set_point, x, &verdict);
-                alarms.push(row, &verdict, || monitor.contributions(reading.channels()));
+                alarms.push(row, &verdict, || pass.monitor().contributions(reading.channels()));
                 if let Some(trace) = &mut trace {
                     let set_point = self.source.set_point.as_ref().map(|_| set_point);
                     let t_s = judged.recording.signals.seconds(row);
                     trace.write(TraceRow { row, t_s, set_point, x, said: &verdict })?;
                 }
-                // The same set point again: judge by what was learned there, instead of learning what may be a fault.
-                let known = (set_point - start.set_point).abs() <= self.set_point_tolerance;
-                if self.recall && known && verdict.phase() == Phase::Learning {
-                    monitor.recall(start.baseline);
+            } else {
+                judged.recording.signals.push(row, set_point, x);
+                if pass.is_learned_from(row) {
+                    judged.recording.phases.push(row, "learning");
                 }
             }
             if row % TICK_ROWS == 0 {
-                tick(log.bytes_read());
+                tick(pass.log().bytes_read());
             }
         }
         judged.alarms = alarms.finish();
-        judged.notes = notes(&log, judged.recording.signals.samples, judged.recording.coverage.monitoring);
+        judged.notes = notes(pass.log(), judged.recording.signals.samples, judged.recording.coverage.monitoring);
         judged.trace = trace.map(TraceWriter::finish).transpose()?;
         Ok(judged)
     }

@@ -109,7 +109,7 @@ impl Study for FalseAlarms {
         let [low, high] = interval(alarms).map(|count| count / hours);
         let rate = alarms as f64 / hours;
         let total = json!({
-            "row": "total", "motors": units.len(), "motors_with_alarms": affected, "hours": hours, "alarms": alarms,
+            "row": "total", "seed": self.seed, "motors": units.len(), "motors_with_alarms": affected, "hours": hours, "alarms": alarms,
             "alarms_per_hour": rate, "alarms_per_hour_low_95": low, "alarms_per_hour_high_95": high,
             "asked_per_hour": self.asked.false_alarms_per_hour, "alarm_s": stood_s,
         });

@@ -15,6 +15,9 @@ use serde_json::Value;
 use super::StudyError;
 use crate::output::OutputError;
 
+/// The option that chooses the file.
+const RESUME: &str = "--resume";
+
 #[derive(Serialize, Deserialize, PartialEq)]
 struct Header {
     study: String,
@@ -43,7 +46,7 @@ impl Ledger {
     /// [`StudyError::Ledger`] when the file is of another study, other settings or another version, or is no ledger;
     /// [`StudyError::Output`] when it cannot be read or written.
     pub fn open(path: &Path, study: &str, settings: &Value) -> Result<Self, StudyError> {
-        let failed = |source| OutputError::File { path: path.to_owned(), source };
+        let failed = |source| OutputError::File { path: path.to_owned(), option: RESUME, source };
         let mut file =
             OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(failed)?;
         let mut text = String::new();
@@ -83,7 +86,11 @@ impl Ledger {
         // A thread that panicked while writing has left a torn line at worst, which is dropped.
         let mut file = self.file.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         // One write for the whole line.
-        file.write_all(line.as_bytes()).map_err(|source| OutputError::File { path: self.path.clone(), source })?;
+        file.write_all(line.as_bytes()).map_err(|source| OutputError::File {
+            path: self.path.clone(),
+            option: RESUME,
+            source,
+        })?;
         Ok(())
     }
 }

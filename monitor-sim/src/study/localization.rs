@@ -203,7 +203,7 @@ impl Study for Localization {
             (culprit, Confusion::of(units.iter().flat_map(of_fault)))
         });
         let confusions: Vec<_> = confusions.collect();
-        rows.extend(confusions.iter().map(|(culprit, confusion)| confusion.json(culprit)));
+        rows.extend(confusions.iter().map(|(culprit, confusion)| confusion.json(culprit, self.seed)));
         let steps = units.iter().map(|unit| unit.steps).sum();
         let (isolable, row) = self.isolable(units);
         rows.push(row);
@@ -299,11 +299,12 @@ impl Confusion {
         })
     }
 
-    fn json(&self, culprit: &Culprit) -> Value {
+    fn json(&self, culprit: &Culprit, seed: u64) -> Value {
+        let flights = self.named.iter().sum::<usize>() + self.nameless + self.missed + self.early;
         let named: Map<String, Value> =
             Name::ALL.iter().map(|name| (name.words().replace(' ', "_"), self.named[*name as usize].into())).collect();
         json!({
-            "row": "confusion", "fault": culprit.id, "point": culprit.point, "named": named,
+            "row": "confusion", "fault": culprit.id, "point": culprit.point, "seed": seed, "flights": flights, "named": named,
             "nameless": self.nameless, "missed": self.missed, "early_alarms": self.early,
         })
     }

@@ -91,18 +91,20 @@ pub fn limits(limits: &ScaleLimits, time_constants_s: &[f32; SCALES]) -> TextTab
         .with_rows(rows.map(row))
 }
 
-/// What a learning window was like.
+/// What a learning window was like; without a row if models were stored.
 #[must_use]
-pub fn quality(quality: &WindowQuality) -> TextTable {
-    let row = [
-        quality.samples.to_string(),
-        format!("{:.2} %", 100.0 * quality.clipped_share),
-        significant(quality.condition_number),
-        format!("{:.2} sigma", quality.half_shift_sigma),
-        significant(quality.slow_variance_ratio),
-    ];
+pub fn quality(quality: &Option<WindowQuality>) -> TextTable {
+    let row = |quality: &WindowQuality| {
+        [
+            quality.samples.to_string(),
+            format!("{:.2} %", 100.0 * quality.clipped_share),
+            significant(quality.condition_number),
+            format!("{:.2} sigma", quality.half_shift_sigma),
+            significant(quality.slow_variance_ratio),
+        ]
+    };
     let header = ["samples", "clipped", "condition number", "moved by", "memory of the noise (1: none)"];
-    TextTable::new("The learning window", header).with_rows([row])
+    TextTable::new("The learning window", header).with_rows(quality.iter().map(row))
 }
 
 /// What happened in a flight, in order, the first `most`.
@@ -131,7 +133,10 @@ pub fn events(flight: &Flight, most: usize) -> TextTable {
 /// What a replay learned of each channel.
 #[must_use]
 pub fn learned(learned: &Learned, names: &ChannelNames) -> TextTable {
-    let caption = format!("Learned from rows {} to {}", learned.start_row, learned.end_row.saturating_sub(1));
+    let caption = match learned.quality {
+        Some(_) => format!("Learned from rows {} to {}", learned.start_row, learned.end_row.saturating_sub(1)),
+        None => "Learned before, of the first set point that was judged".to_owned(),
+    };
     let of = names.0.iter().zip(learned.mean).zip(learned.sigma);
     let row = |((name, mean), sigma): ((&String, f64), f64)| [name.clone(), significant(mean), significant(sigma)];
     TextTable::new(caption, ["", "mean", "sigma"]).with_rows(of.map(row))

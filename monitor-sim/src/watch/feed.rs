@@ -4,18 +4,18 @@ use monitor_core::guard::SCALES;
 use monitor_core::paper::Monitor;
 use monitor_core::sample::{ModelId, Pair};
 
-use super::slot::{Says, Slot};
+use super::slot::{Phase, Says, Slot};
 use crate::guardian::{Guardian, SCALE_NAMES, Said};
 use crate::mission::{self, MissionError};
 use crate::names::ChannelNames;
 use crate::plant::Plant;
-use crate::replay::ReplayError;
-use crate::replay::guard::{Pass, Replay};
+use crate::replay::{self, ReplayError, guard, paper};
 use crate::scenario::Scenario;
 use crate::settings::PaperSettings;
 
-/// What the distances of `guard` mode are.
+/// What the distances of `guard` mode are, and those of `paper` mode.
 const RATIO_OF_GUARD: &str = "T²/limit";
+const RATIO_OF_PAPER: &str = "residual/limit";
 
 /// Why a run cannot be shown, or not any further.
 #[derive(Debug, thiserror::Error)]
@@ -71,7 +71,8 @@ pub struct Feed {
 enum Source {
     Guard(Box<Plant>, Box<Guardian>),
     Paper(Box<Plant>, Box<Monitor>),
-    Log(Box<Pass>),
+    Log(Box<guard::Pass>),
+    PaperLog(Box<paper::Pass>),
 }
 
 impl Feed {
@@ -92,7 +93,7 @@ impl Feed {
     /// [`WatchError::Mission`] when the monitor refuses its settings.
     pub fn paper(scenario: &Scenario, settings: &PaperSettings, seed: u64) -> Result<Self, WatchError> {
         let monitor = mission::paper::monitor_for(scenario, settings)?;
-        let subject = of_mission(scenario, seed, ("paper", "residual/limit"), models());
+        let subject = of_mission(scenario, seed, ("paper", RATIO_OF_PAPER), models(&ChannelNames::motor()));
         Ok(Feed { subject, source: Source::Paper(Plant::new(scenario, seed).into(), monitor.into()) })
     }
 
@@ -100,21 +101,22 @@ impl Feed {
     ///
     /// # Errors
     /// [`WatchError::Replay`] when the log cannot be opened, or a setting makes no sense.
-    pub fn log(replay: &Replay) -> Result<Self, WatchError> {
+    pub fn log(replay: &guard::Replay) -> Result<Self, WatchError> {
         let pass = replay.begin()?;
-        let name = replay.source.path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-        let subject = Subject {
-            title: format!("replay of {name}, guard mode"),
-            names: pass.names().clone(),
-            units: [""; 3],
-            ratio: RATIO_OF_GUARD,
-            distances: time_scales(&pass.config().time_constants_s),
-            rate_hz: replay.source.rate_hz,
-            end_s: None,
-            set_point_tolerance: replay.set_point_tolerance,
-            injected: Vec::new(),
-        };
+        let scales = time_scales(&pass.config().time_constants_s);
+        let subject = of_log(&replay.source, replay.set_point_tolerance, ("guard", RATIO_OF_GUARD), scales);
         Ok(Feed { subject, source: Source::Log(pass.into()) })
+    }
+
+    /// A log in `paper` mode, which reads what is learned from beforehand.
+    ///
+    /// # Errors
+    /// [`WatchError::Replay`] when the log cannot be read or learned from, or a setting makes no sense.
+    pub fn paper_log(replay: &paper::Replay) -> Result<Self, WatchError> {
+        let pass = replay.begin()?;
+        let models = models(pass.names());
+        let subject = of_log(&replay.source, replay.set_point_tolerance, ("paper", RATIO_OF_PAPER), models);
+        Ok(Feed { subject, source: Source::PaperLog(pass.into()) })
     }
 
     /// What is looked at.
@@ -154,6 +156,17 @@ impl Feed {
                 });
                 Ok(Some(Slot { t_s, set_point, x: step.x, says }))
             }
+            Source::PaperLog(pass) => {
+                let Some(step) = pass.next_step()? else { return Ok(None) };
+                let t_s = step.row as f64 / self.subject.rate_hz;
+                let set_point = if pass.has_set_point() { step.set_point } else { f64::NAN };
+                let says = match step.judged {
+                    Some(verdict) => Says::by_paper(&verdict, pass.monitor(), step.refused),
+                    None if pass.is_learned_from(step.row) => Says { phase: Phase::Learning, ..Says::NOTHING },
+                    None => Says::NOTHING,
+                };
+                Ok(Some(Slot { t_s, set_point, x: step.x, says }))
+            }
         }
     }
 }
@@ -182,18 +195,38 @@ fn of_mission(
     }
 }
 
+fn of_log(
+    source: &replay::Source,
+    set_point_tolerance: f64,
+    (mode, ratio): (&str, &'static str),
+    distances: Vec<Distance>,
+) -> Subject {
+    let name = source.path.file_name().unwrap_or_default().to_string_lossy();
+    Subject {
+        title: format!("replay of {name}, {mode} mode"),
+        names: source.names(),
+        units: [""; 3],
+        ratio,
+        distances,
+        rate_hz: source.rate_hz,
+        end_s: None,
+        set_point_tolerance,
+        injected: Vec::new(),
+    }
+}
+
 fn time_scales(time_constants_s: &[f32; SCALES]) -> Vec<Distance> {
     let distance = |(name, time_s): (&'static str, &f32)| Distance { name, of: format!("over some {time_s} s") };
     SCALE_NAMES.into_iter().zip(time_constants_s).map(distance).collect()
 }
 
-fn models() -> Vec<Distance> {
+fn models(names: &ChannelNames) -> Vec<Distance> {
     let name = |model: ModelId| match model {
         ModelId::Full => "all",
         ModelId::Pair(Pair::SpeedCurrent) => "r1",
         ModelId::Pair(Pair::CurrentVoltage) => "r2",
         ModelId::Pair(Pair::SpeedVoltage) => "r3",
     };
-    let of = |model| ChannelNames::motor().model(model);
+    let of = |model| names.model(model);
     ModelId::ALL.into_iter().map(|model| Distance { name: name(model), of: of(model) }).collect()
 }

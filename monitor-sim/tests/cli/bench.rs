@@ -139,7 +139,8 @@ fn drifts_are_added_to_a_healthy_run_and_the_channel_is_named() {
         for (row, line) in run(seed, 0.0).lines().skip(1).chain(run(seed + 9, 0.0).lines().skip(1)).enumerate() {
             let cells: Vec<f64> = line.split(';').skip(1).take(3).map(|cell| cell.parse().unwrap()).collect();
             let process = if row < 30 { "Prep" } else { "Layer 1 Up" };
-            let _ = writeln!(text, "53.3,{},{},{},{process},unworn", 53.3 + cells[0], cells[1], cells[2]);
+            let command = if row < 1300 { 53.3 } else { 40.0 };
+            let _ = writeln!(text, "{command},{},{},{},{process},unworn", 53.3 + cells[0], cells[1], cells[2]);
         }
         text
     };
@@ -150,4 +151,16 @@ fn drifts_are_added_to_a_healthy_run_and_the_channel_is_named() {
     let drifts: &Vec<Value> = report["drifts"].as_array().unwrap();
     assert_eq!(drifts.len(), 12);
     assert_eq!((&report["found"], &report["named_right"]), (&12.into(), &12.into()), "{report}");
+    // Thirty rows in front of the layer do not count, and the last hundred are too few to learn another set point.
+    for run in report["judged"].as_array().unwrap() {
+        let [recorded, rows, judged] =
+            ["recorded_rows", "rows", "judged_rows"].map(|key| run[key].as_f64().unwrap_or_else(|| panic!("{run}")));
+        assert_eq!(recorded, rows + 30.0, "{run}");
+        assert_eq!(run["judged_share"].as_f64().unwrap(), judged / rows, "{run}");
+        assert_eq!(judged, rows - 100.0, "{run}");
+    }
+    let told = desk.run("bench cnc-spindle mill").success();
+    let told = String::from_utf8(told.get_output().stdout.clone()).unwrap();
+    let share = report["judged"][0]["judged_share"].as_f64().unwrap();
+    assert!(told.contains("judged, %") && told.contains(&format!(" {:.1} ", 100.0 * share)), "{told}");
 }

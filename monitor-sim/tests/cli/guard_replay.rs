@@ -156,7 +156,10 @@ fn what_guard_mode_cannot_do_is_refused_or_noted_with_what_helps() {
     let replay = format!("replay log.csv {GUARD}");
     let columns = GUARD.replace("--learn 5s..25s", "");
     desk.write("baseline.toml", "");
-    desk.refuses(&format!("replay log.csv {columns} --baseline baseline.toml"), &["stored baseline", "--mode paper"]);
+    desk.refuses(
+        &format!("replay log.csv {columns} --baseline baseline.toml"),
+        &["stored baseline", "--models", "--mode paper"],
+    );
     for option in ["--margin 2", "--cutoff-hz 1", "--relearn 5", "--limits baseline.toml"] {
         let name = option.split(' ').next().unwrap();
         desk.refuses(&format!("{replay} {option}"), &[name, "--mode paper"]);

@@ -10,6 +10,7 @@ mod fleet;
 mod guard_mission;
 mod guard_replay;
 mod mission;
+mod models;
 mod replay;
 mod study;
 #[cfg(target_os = "linux")]

@@ -1,5 +1,8 @@
 //! Studies: the same result for any number of threads and after an interruption, and a sentence for what makes no sense.
 
+use monitor_sim::tables::significant;
+use serde_json::Value;
+
 use crate::desk::{Desk, assert_keys};
 
 /// Four motors, and as little as can be judged.
@@ -29,6 +32,70 @@ fn every_row_for_machines_has_its_units_seeds_and_counts() {
     assert_keys(&rows[1], &["motor_seed", "flight_seed", "hours", "alarms", "thresholds"]);
     let hours: f64 = rows[1..].iter().map(|row| row["hours"].as_f64().unwrap()).sum();
     assert!((hours - 0.01).abs() < 1e-6, "{hours}");
+}
+
+/// The rows of all tables in a printed text, as cells.
+fn table_rows(text: &str) -> Vec<Vec<String>> {
+    let mut lines = text.lines();
+    let mut rows = Vec::new();
+    while lines.any(|line| line.starts_with('─')) {
+        let table = lines.by_ref().take_while(|line| !line.trim().is_empty());
+        rows.extend(
+            table.map(|line| {
+                line.split("  ").map(str::trim).filter(|cell| !cell.is_empty()).map(str::to_owned).collect()
+            }),
+        );
+    }
+    rows
+}
+
+/// Every number in a value, however deep.
+fn numbers(value: &Value) -> Vec<f64> {
+    match value {
+        Value::Number(number) => number.as_f64().into_iter().collect(),
+        Value::String(text) => text.parse().into_iter().collect(), // a share has the unit "1"
+        Value::Array(values) => values.iter().flat_map(numbers).collect(),
+        Value::Object(fields) => fields.values().flat_map(numbers).collect(),
+        _ => Vec::new(),
+    }
+}
+
+/// Whether a cell is a number that a row has, or a share in percent that it has or that two of its counts make.
+fn is_told(cell: &str, row: &Value) -> bool {
+    let numbers = numbers(row);
+    let percent = |share: f64| format!("{:.1}", 100.0 * share) == cell;
+    let is = |x: f64| significant(x) == cell || significant(x.abs()) == cell || x.to_string() == cell || percent(x);
+    numbers.iter().any(|x| is(*x)) || numbers.iter().any(|of| numbers.iter().any(|count| percent(count / of)))
+}
+
+#[test]
+fn every_number_that_people_are_told_is_in_the_row_for_machines_with_its_seed_and_its_counts() {
+    let quick = "--calibration-runs 2 --calibration-judged 30 --out rows.json";
+    let desk = Desk::new();
+    // Which row for machines belongs to a row of the tables: of the kinds in this order, one each, or one to two.
+    for (study, kinds) in [
+        ("false-alarms --motors 2 --hours 0.01", &[("total", 1)][..]),
+        ("delay --seeds 2 --sizes 1", &[("loop", 1), ("white", 1)]),
+        ("ramp --seeds 2", &[("", 1)]),
+        ("localization --motors 2 --sizes 2,16", &[("size", 1), ("confusion", 1), ("isolable", 2)]),
+        ("robustness --motors 1 --healthy 10", &[("disturbance", 1), ("stuck", 1)]),
+    ] {
+        let text = String::from_utf8(stdout(&desk, &format!("study {study} --mode paper {quick}"))).unwrap();
+        let report: Value = serde_json::from_str(&desk.read("rows.json")).unwrap();
+        let rows = report["rows"].as_array().unwrap();
+        let of = |kind: &'static str| rows.iter().filter(move |row| kind.is_empty() || row["row"] == kind);
+        let told = kinds.iter().flat_map(|(kind, times)| of(kind).flat_map(|row| vec![row; *times]));
+        let (told, shown): (Vec<_>, _) = (told.collect(), table_rows(&text));
+        assert_eq!(told.len(), shown.len(), "{study}\n{text}");
+        for (row, cells) in told.into_iter().zip(shown) {
+            assert!(["seed", "first_seed"].iter().any(|seed| row[seed].is_u64()), "{study}: no seed in {row}");
+            let counts = ["motors", "flights"];
+            assert!(counts.iter().any(|count| row[count].is_u64()), "{study}: of how many? {row}");
+            let numbers =
+                cells.iter().map(|cell| cell.trim_end_matches(" never")).filter(|cell| cell.parse::<f64>().is_ok());
+            numbers.for_each(|cell| assert!(is_told(cell, row), "{study}: {cell} of {cells:?} is not in {row}"));
+        }
+    }
 }
 
 #[test]
@@ -208,6 +275,18 @@ fn the_speed_of_plant_and_monitor_is_measured() {
         // The learning window of 15.5 s at 1 kHz comes on top.
         assert_eq!(row["steps"].as_u64().unwrap(), 35_500 * row["threads"].as_u64().unwrap(), "{row}");
         assert!(row["steps_per_s_and_thread"].as_f64().unwrap() > 1e3, "{row}");
+        assert_keys(row, &["seed", "repetitions"]);
+    }
+    let kernels = report["kernels"].as_array().unwrap();
+    let channels: Vec<_> = kernels.iter().map(|row| row["channels"].as_u64().unwrap()).collect();
+    assert_eq!(
+        channels,
+        [1, 2, 3, 1, 2, 3, 2, 3, 2, 3],
+        "any number of channels is smoothed; two and three are decomposed"
+    );
+    for row in kernels {
+        assert_keys(row, &["kernel", "seed", "repetitions", "calls"]);
+        assert!((0.01..1e5).contains(&row["ns_each"].as_f64().unwrap()), "{row}");
     }
 }
 

@@ -51,9 +51,12 @@ fn a_page_shows_the_trade_off_and_what_is_recommended() {
 #[test]
 fn the_trade_off_for_machines_is_one_document() {
     let report = Desk::with_short().json(TUNE, 0);
-    assert_keys(&report, &["settings", "sweep", "hours", "not_separated", "wall_s"]);
+    assert_keys(&report, &["settings", "residual_unit", "sweep", "hours", "not_separated", "wall_s"]);
     let sweep = report["sweep"].as_array().unwrap();
-    assert_keys(&sweep[0], &["margin", "false_alarms", "false_alarms_per_hour", "faults"]);
+    assert_keys(&sweep[0], &["margin", "hours", "runs", "false_alarms", "false_alarms_per_hour", "faults"]);
+    let setting = &report["settings"]["found_by"];
+    let behind = setting["first_seed"].as_u64().unwrap() + setting["runs"].as_u64().unwrap();
+    assert_eq!(sweep[0]["first_seed"], behind, "fresh seeds");
     let alarms: Vec<_> = sweep.iter().map(|row| row["false_alarms"].as_u64().unwrap()).collect();
     assert_eq!((alarms[0] > 0, alarms[alarms.len() - 1]), (true, 0), "{alarms:?}");
     assert_eq!(report["settings"]["found_by"]["runs"], 2);

@@ -1,6 +1,6 @@
 //! What `watch` shows: single frames as text, and what it says where there is no terminal.
 
-use crate::desk::{Desk, GUARD};
+use crate::desk::{Desk, GUARD, MOTOR, SAMPLE};
 
 const CONSTANTS: &str = "--resistance 0.33 --torque-constant 0.0275 --load-slope 0";
 
@@ -34,6 +34,25 @@ fn frames_of_a_log_show_the_fault_that_the_replay_reports() {
 }
 
 #[test]
+fn frames_of_a_log_in_paper_mode_show_what_the_replay_reports_too() {
+    let desk = Desk::with_sample();
+    let text = frames(&desk, &format!("log.csv {MOTOR} --print-at 3 --print-at 9 --print-at 30 --print-at 45"));
+    let frames: Vec<_> = text.split("replay of log.csv, paper mode").skip(1).collect();
+    for (frame, part) in frames.iter().zip(["has not begun", "learning what healthy means", " healthy", "ALARM"]) {
+        assert!(frame.contains(part), "{part}\n{frame}");
+    }
+    let alarm = &desk.replay(SAMPLE, "", 1)["alarms"][0];
+    assert_eq!(alarm["located"], "F2");
+    let told = format!("ALARM  F2 speed sensor, since {:.3} s", alarm["start_s"].as_f64().unwrap());
+    assert!(frames[3].contains(&told) && frames[3].contains(" r3 "), "{told}\n{}", frames[3]);
+    let out_of_reach =
+        include_str!("../../limits/figure-1.toml").replace(" = 1.7", " = 1e6 # 1.7").replace(" = 1.8", " = 1e6 # 1.8");
+    desk.write("limits.toml", out_of_reach);
+    let frame = self::frames(&desk, &format!("log.csv {MOTOR} --limits limits.toml --print-at 45"));
+    assert!(frame.contains(" healthy") && !frame.contains("ALARM"), "{frame}");
+}
+
+#[test]
 fn without_a_terminal_it_says_what_to_use_instead() {
     let desk = Desk::with_sample();
     desk.refuses("watch", &["no terminal", "`monitor-sim` without a command", "--print-at"]);
@@ -55,7 +74,8 @@ fn what_does_not_belong_together_is_refused() {
     ] {
         desk.refuses(&format!("watch {arguments}"), &words);
     }
-    desk.refuses(&format!("watch log.csv {GUARD} --mode paper --print-at 1"), &["guard mode", "replay"]);
+    desk.refuses(&format!("watch log.csv {GUARD} --limits log.csv --print-at 1"), &["--limits", "--mode paper"]);
+    desk.refuses(&format!("watch log.csv {MOTOR} {CONSTANTS} --print-at 1"), &["--resistance", "guard mode"]);
 }
 
 #[test]

@@ -44,8 +44,8 @@ pub struct GuardReport {
     pub retained: ByModel<usize>,
     /// Limit of the distance at each time scale, when the flight of the tables ended.
     pub limits: ScaleLimits,
-    /// What was learned from.
-    pub quality: WindowQuality,
+    /// What was learned from; none if models were stored.
+    pub quality: Option<WindowQuality>,
     /// The faults.
     pub faults: Vec<FaultScore>,
     /// The ramp table.
@@ -83,7 +83,7 @@ impl Flights {
             explained: names::explained(&tables.baseline),
             retained: names::retained(&tables.baseline),
             limits: ScaleLimits::of(tables.limits),
-            quality: (&tables.quality).into(),
+            quality: WindowQuality::of(&tables.quality),
             faults: tables.score.faults.clone(),
             ramp: self.ramp_rows(),
             speed_dependent_load: speed_dependent.score.faults.clone(),

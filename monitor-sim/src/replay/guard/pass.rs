@@ -7,10 +7,11 @@ use monitor_core::guard::{Config, Monitor, SCALES};
 use monitor_core::moments::LearnError;
 
 use super::alarm::AlarmBuilder;
-use super::{GuardReplayReport, Learned, Replay, Replayed};
+use super::{GuardReplayReport, Learn, Learned, Replay, Replayed};
 use crate::guardian::{self, Guardian, Said};
 use crate::inject::ResolvedInjection;
 use crate::log::Log;
+use crate::models::Models;
 use crate::names::ChannelNames;
 use crate::record::guard::Recording;
 use crate::replay::{Reading, Refusal, ReplayError, next_reading, notes};
@@ -29,7 +30,7 @@ enum State {
     Before,
     /// In the window; with its set point.
     Learning(f64),
-    /// Behind it; from the row with which the model was complete.
+    /// Behind it; from the row with which the model was complete. Or from the first row on, by models of another run.
     Judging { learned: Model },
 }
 
@@ -43,6 +44,19 @@ pub(super) struct Model {
 }
 
 impl Model {
+    const NONE: Self = Model {
+        end_row: 0,
+        mean: [f64::NAN; 3],
+        sigma: [f64::NAN; 3],
+        quality: monitor_core::guard::Quality {
+            samples: 0,
+            clipped_share: 0.0,
+            condition: 0.0,
+            drift_sigmas: 0.0,
+            slow_variance_ratio: 0.0,
+        },
+    };
+
     fn of(guard: &Monitor, end_row: u64) -> Self {
         let [mean, sigma] = guard.model().map_or([[f32::NAN; 3]; 2], |model| [model.mean(), model.sigma()]);
         Model { end_row, mean: mean.map(f64::from), sigma: sigma.map(f64::from), quality: *guard.quality() }
@@ -76,26 +90,38 @@ pub struct Pass {
     recording: Recording,
     alarms: AlarmBuilder,
     refused: Vec<Refusal>,
+    anew: Vec<String>,
     skipped: u64,
     names: ChannelNames,
+    models: Option<PathBuf>,
 }
 
 impl Pass {
     pub(super) fn new(replay: &Replay) -> Result<Self, ReplayError> {
         let source = &replay.source;
         source.check_rate()?;
-        let window = replay.learn.rows(source.rate_hz)?;
         let injections = source.resolved_injections()?;
-        let (names, config) = (source.names(), replay.config(&window)?);
+        let (names, config) = (source.names(), replay.config()?);
+        let mut guardian = replay.guardian(&config)?;
+        let (window, state, models) = match &replay.learn {
+            Learn::Window(window) => (window.rows(source.rate_hz)?, State::Before, None),
+            Learn::Stored { place, .. } => {
+                let file = place.of(&source.path);
+                replay.restore(&Models::read(&file)?, &mut guardian)?;
+                (0..0, State::Judging { learned: Model::NONE }, Some(file))
+            }
+        };
         Ok(Pass {
-            guardian: replay.guardian(&config)?,
+            guardian,
             settle_slots: (replay.settle_s * source.rate_hz) as u64,
-            state: State::Before,
+            state,
             recording: Recording::new(source.rate_hz),
             alarms: AlarmBuilder::new(source.rate_hz, names.clone()),
             refused: Vec::new(),
+            anew: Vec::new(),
             skipped: 0,
             names,
+            models,
             injections,
             window,
             config,
@@ -204,8 +230,19 @@ impl Pass {
         if let Some(Err(error)) = said.learned {
             self.refused.push(Refusal { row, reason: self.names.explain_learning(error) });
         }
-        self.recording.push(row, set_point, x, &said);
         let guardian = &self.guardian;
+        if let (Some(models), Some(Ok(()))) = (&self.models, said.learned) {
+            self.anew.push(format!(
+                "set point {set_point} is none of those in '{}': it was learned up to row {row}, and taken for healthy",
+                models.display()
+            ));
+        }
+        if let State::Judging { learned } = &mut self.state
+            && learned.mean.iter().all(|mean| mean.is_nan())
+        {
+            *learned = Model::of(guardian.guard(), if said.learned.is_some() { row + 1 } else { 0 });
+        }
+        self.recording.push(row, set_point, x, &said);
         self.alarms.push(row, &said, || guardian.contributions(reading.channels()));
         said
     }
@@ -233,6 +270,7 @@ impl Pass {
         let Replay { source, motor, .. } = &self.replay;
         let alarms = self.alarms.finish();
         let mut notes = notes(&self.log, rows, self.recording.coverage.phases.monitoring);
+        notes.extend(self.anew);
         let moved = f64::from(learned.quality.drift_sigmas);
         if moved > SHIFT_TO_NOTE_SIGMA {
             notes.push(format!(
@@ -255,12 +293,14 @@ impl Pass {
             rate_hz: source.rate_hz,
             samples: rows,
             skipped: self.skipped,
+            models: self.models,
             learned: Learned::of(window, &learned),
             limits: guardian::summary::ScaleLimits::of(limits),
             coverage: self.recording.coverage,
             refused: self.refused,
             exit: u8::from(!alarms.is_empty()),
             alarms,
+            known: Models::of(self.guardian.guard()),
             injected: source.injections.iter().map(ToString::to_string).collect(),
             settings: config.into(),
             notes,

@@ -8,31 +8,39 @@ use serde::Serialize;
 use super::Alarm;
 use super::pass::Model;
 use crate::guardian::summary::{ScaleLimits, Settings, WindowQuality};
+use crate::models::Models;
 use crate::names::ChannelNames;
 use crate::record::guard::{Coverage, Recording};
 use crate::replay::{Refusal, coverage};
 
-/// What was learned from the window.
+/// What was learned from the window; or what stored models say of the first set point that was judged by them.
 #[derive(Clone, Debug, Serialize)]
 pub struct Learned {
-    /// Samples learned from: the window behind its two seeding windows.
+    /// Samples learned from: the window behind its two seeding windows; none of this log if models were stored.
     pub n: u32,
-    /// First row of the window.
+    /// First row of the window; zero if models were stored.
     pub start_row: u64,
-    /// First row behind it.
+    /// First row behind it; zero if models were stored.
     pub end_row: u64,
     /// Mean of each channel, in the order of `channels`.
     pub mean: [f64; 3],
     /// Standard deviation of each channel.
     pub sigma: [f64; 3],
-    /// How good the window was.
-    pub quality: WindowQuality,
+    /// How good the window was; none if models were stored.
+    pub quality: Option<WindowQuality>,
 }
 
 impl Learned {
     pub(super) fn of(window: &Range<u64>, model: &Model) -> Self {
         let Model { end_row, mean, sigma, quality } = *model;
-        Learned { n: quality.samples, start_row: window.start, end_row, mean, sigma, quality: (&quality).into() }
+        Learned {
+            n: quality.samples,
+            start_row: window.start,
+            end_row,
+            mean,
+            sigma,
+            quality: WindowQuality::of(&quality),
+        }
     }
 }
 
@@ -53,6 +61,8 @@ pub struct GuardReplayReport {
     pub samples: u64,
     /// Rows with a value that is not finite.
     pub skipped: u64,
+    /// The file of the models that the log was judged by; none if it was learned from.
+    pub models: Option<PathBuf>,
     /// What was learned.
     pub learned: Learned,
     /// Limit of the distance at each time scale, at the end of the log; not a number while nothing was judged then.
@@ -63,6 +73,9 @@ pub struct GuardReplayReport {
     pub refused: Vec<Refusal>,
     /// The alarms, in order.
     pub alarms: Vec<Alarm>,
+    /// What is known of each set point at the end of the log.
+    #[serde(skip)]
+    pub known: Models,
     /// The faults that were added to the log.
     pub injected: Vec<String>,
     /// The monitor's settings.
@@ -96,7 +109,8 @@ impl Replayed {
             (report.skipped > 0).then(|| format!("note: {} rows have a value that is not finite", report.skipped));
         let refused = report.refused.iter().map(|r| format!("note: up to row {}: {}; learning again", r.row, r.reason));
         let injected = report.injected.iter().map(|injected| format!("note: fault added to the log: {injected}"));
-        notes.chain(skipped).chain(refused).chain(injected).collect()
+        let models = report.models.iter().map(|file| format!("note: judged by the models of '{}'", file.display()));
+        models.chain(notes).chain(skipped).chain(refused).chain(injected).collect()
     }
 
     /// How much of the log was judged, in a sentence or two.

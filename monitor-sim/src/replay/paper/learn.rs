@@ -16,7 +16,7 @@ use crate::replay::{Reading, ReplayError, next_reading};
 use crate::stored::StoredBaseline;
 
 /// What judging starts from.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Start {
     /// First row that is judged.
     pub(super) row: u64,
