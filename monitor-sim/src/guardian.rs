@@ -1,7 +1,7 @@
 //! The monitor in `guard` mode with what its user tells it, as the mission, the replay and the studies drive it.
 
 use monitor_core::guard::{
-    Config, ConfigError, Directions, Explanation, Finding, Monitor, MotorConstants, Phase, SCALES, Verdict,
+    Cause, Config, ConfigError, Directions, Explanation, Finding, Monitor, MotorConstants, Phase, SCALES, Verdict,
 };
 use monitor_core::moments::{LearnError, Moments};
 use monitor_core::sample::Absence;
@@ -106,6 +106,14 @@ impl Guardian {
         }
         let lost = verdict.gap() || verdict.losses().next().is_some();
         lost.then_some(Found { name: Name::SensorLoss, size: None })
+    }
+
+    /// What would be said of a fault of this size that has stood for a while, without its noise: known before a mission. None while
+    /// nothing is judged.
+    pub fn foretold(&mut self, cause: Cause, size: f32) -> Option<Name> {
+        self.direct();
+        let noise = self.guard.noise()?;
+        found(&self.directions.rehearse(cause, size, &noise)).map(|found| found.name)
     }
 
     /// Works out the directions if the monitor judges by another model than it did when they were.

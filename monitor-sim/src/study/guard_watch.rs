@@ -1,9 +1,10 @@
 //! The monitor in `guard` mode as studies drive it.
 
-use monitor_core::guard::Config;
+use monitor_core::guard::{Cause, Config};
 
 use super::StudyError;
-use super::watch::{Known, Limits, Said, Watch};
+use super::watch::{Known, Limits, Name, Said, Watch};
+use crate::fault::FaultPoint;
 use crate::guardian::{self, Guardian};
 use crate::names::ChannelNames;
 
@@ -41,6 +42,17 @@ impl Watch for GuardWatch {
     fn refused(&self) -> Option<String> {
         // A refusal stays with the monitor, which begins again.
         self.0.guard().refused().map(|error| ChannelNames::motor().explain_learning(error))
+    }
+
+    fn foretold(&mut self, point: FaultPoint, amplitude: f64) -> Option<Name> {
+        // The faults whose amplitude is in the unit of the monitor's size.
+        let cause = match point {
+            FaultPoint::LoadTorque => Cause::LoadTorque,
+            FaultPoint::SpeedSensor => Cause::SpeedSensor,
+            FaultPoint::CurrentSensor => Cause::CurrentSensor,
+            _ => return None,
+        };
+        self.0.foretold(cause, amplitude as f32)
     }
 }
 

@@ -10,6 +10,7 @@ use super::StudyError;
 use super::calibrate::{Asked, calibrate};
 use super::guard_watch::GuardWatch;
 use super::paper_watch::PaperWatch;
+use crate::fault::FaultPoint;
 use crate::names::ByModel;
 pub use crate::names::name::Name;
 use crate::plant::PlantSample;
@@ -38,6 +39,11 @@ pub trait Watch: Send {
 
     /// Why the last learning window was refused, if it was and no other has been accepted since.
     fn refused(&self) -> Option<String>;
+
+    /// What it would call a fault of this amplitude, as it can tell without one; none where it cannot.
+    fn foretold(&mut self, _: FaultPoint, _: f64) -> Option<Name> {
+        None
+    }
 }
 
 /// Gives `watch` what the plant measured.
