@@ -45,7 +45,7 @@ fn the_examples_for_a_bare_interrupt_and_for_embassy_learn_judge_and_name_the_fa
     let asleep = ["-icount", "shift=6,sleep=off"];
     let embassy = Run::new(Board::CortexM4, &built(EMBASSY), desk.path()).with(&asleep).log().unwrap();
     for log in [&bare, &embassy] {
-        assert!(log.iter().any(|line| line.contains("fault SpeedSensor, alarm since 3.0")), "{log:#?}");
+        assert!(log.iter().any(|line| line.contains("fault SpeedSensor, alarm since 3.5")), "{log:#?}");
     }
     assert!(!bare.iter().any(|line| line.contains("overran") || line.contains("samples are turned away")), "{bare:#?}");
 }
