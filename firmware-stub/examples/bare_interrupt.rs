@@ -106,7 +106,7 @@ fn main() -> ! {
     };
     critical_section::with(|cs| INTERRUPT.borrow(cs).replace(Some(own)));
     let mut background = Background::new(heard);
-    let report = Report::new(common::RATE_HZ);
+    let report = Report::<Guarded>::new(common::RATE_HZ);
     let mut watchdog = Watchdog::start(common::WATCHDOG_MS);
     let _timer = SamplingTimer::start(core.SYST, common::RATE_HZ);
     let mut named = false;

@@ -88,7 +88,7 @@ async fn main(_spawner: Spawner) {
     };
     INTERRUPT.lock(|place| place.replace(Some(own)));
     let mut background = Background::new(heard);
-    let report = Report::new(common::RATE_HZ);
+    let report = Report::<Guarded>::new(common::RATE_HZ);
     let mut watchdog = Watchdog::start(common::WATCHDOG_MS);
     let _timer = SamplingTimer::start(core.SYST, common::RATE_HZ);
     let mut named = false;

@@ -21,6 +21,8 @@ pub struct Guarded {
     monitor: Monitor,
     motor: MotorConstants,
     stood: Stood,
+    /// The slot in which the alarm was last raised.
+    raised: u64,
 }
 
 /// Something that changed with a slot.
@@ -138,7 +140,7 @@ impl Guarded {
     /// # Errors
     /// [`ConfigError`] names the setting that is out of range.
     pub fn new(config: &Config, motor: MotorConstants) -> Result<Self, ConfigError> {
-        Ok(Guarded { monitor: Monitor::new(config)?, motor, stood: Stood::default() })
+        Ok(Guarded { monitor: Monitor::new(config)?, motor, stood: Stood::default(), raised: 0 })
     }
 
     /// The monitor.
@@ -158,7 +160,7 @@ impl Mode for Guarded {
     type Named = Named;
 
     fn step(&mut self, set_point: RadPerSec, reading: Reading, mut tell: impl FnMut(News)) -> Option<Rejected> {
-        let Guarded { monitor, stood, .. } = self;
+        let Guarded { monitor, stood, raised, .. } = self;
         match reading {
             Reading::Taken(sample) => monitor.step(set_point, sample),
             Reading::Absent(why) => monitor.skip(why),
@@ -166,6 +168,9 @@ impl Mode for Guarded {
         let (verdict, now) = (monitor.verdict(), Stood::of(monitor));
         if now != *stood {
             for what in now.news(stood, verdict).into_iter().flatten() {
+                if let What::Raised { .. } = what {
+                    *raised = verdict.sample();
+                }
                 tell(News { sample: verdict.sample(), what });
             }
             *stood = now;
@@ -227,9 +232,9 @@ impl Mode for Guarded {
     }
 
     fn is_to_be_named(&self, named: &Named) -> bool {
-        // Not in the slot of the alarm: what is known then is of the time before.
-        let last = self.since().map(|since| named.asked.map_or(since, |asked| asked.max(since)));
-        last.is_some_and(|last| self.slot().wrapping_sub(last) >= NAMED_EVERY)
+        // Not as soon as it is raised: what is known then is of the time before.
+        let last = named.asked.map_or(self.raised, |asked| asked.max(self.raised));
+        self.monitor.verdict().deviates() && self.slot().wrapping_sub(last) >= NAMED_EVERY
     }
 
     fn name(&self, named: &mut Named) -> Option<Finding> {
