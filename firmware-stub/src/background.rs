@@ -93,11 +93,9 @@ impl<'q, M: Mode> Background<'q, M> {
     /// Asks a copy of the monitor for the name of what is wrong, where that is not in the verdicts, from time to time while
     /// something is. Returns a name that was not said yet.
     pub fn name(&mut self, shared: &mut impl Shared<'q, M>) -> Option<Named<M::Finding>> {
-        let Background { named, .. } = self;
-        let mode = shared.with(|sampling| {
-            let mode = sampling.mode();
-            mode.is_to_be_named(named).then(|| mode.clone())
-        })?;
+        let named = &mut self.named;
+        let due = |sampling: &mut Sampling<'q, M>| sampling.mode().is_to_be_named(named).then(|| sampling.snapshot());
+        let Snapshot { mode, .. } = shared.with(due)?;
         let finding = mode.name(named)?;
         Some(Named { sample: mode.slot(), since: mode.since(), finding })
     }

@@ -140,8 +140,9 @@ impl<'q, M: Mode> Sampling<'q, M> {
         &self.mode
     }
 
-    /// What the main loop may ask for, by copy.
+    /// What the main loop may ask for, by copy. Asked for in several places, and to be in flash once.
     #[must_use]
+    #[inline(never)]
     pub fn snapshot(&self) -> Snapshot<M> {
         Snapshot { mode: self.mode.clone(), counts: self.counts }
     }

@@ -17,8 +17,6 @@ use crate::sampling::Reading;
 pub struct Paper {
     monitor: Monitor,
     watch: Watch,
-    /// Share of variance that a model must explain.
-    share: ExplainedShare,
     /// The last readings that were not turned away.
     channels: [f32; 3],
 }
@@ -42,10 +40,7 @@ impl Paper {
     /// # Errors
     /// [`ConfigError`] names the setting that is out of range.
     pub fn new(config: &Config) -> Result<Self, ConfigError> {
-        let monitor = Monitor::new(config)?;
-        // A share that the monitor takes is one.
-        let share = ExplainedShare::new(config.explained_share).unwrap_or(ExplainedShare::PAPER);
-        Ok(Paper { monitor, watch: Watch::default(), share, channels: [0.0; 3] })
+        Ok(Paper { monitor: Monitor::new(config)?, watch: Watch::default(), channels: [0.0; 3] })
     }
 
     /// The monitor.
@@ -96,7 +91,7 @@ impl Mode for Paper {
     }
 
     fn learned_window(&self) -> Option<Self::Window> {
-        self.monitor.learned_window().map(|window| (*window, self.share))
+        self.monitor.learned_window().map(|window| (*window, self.monitor.explained_share()))
     }
 
     fn learn((window, share): &Self::Window) -> Result<Baseline, LearnError> {
