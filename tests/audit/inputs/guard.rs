@@ -23,6 +23,11 @@ pub const GUARD_WINDOW_END: &str = "guard_window_end";
 /// `Monitor::finding`.
 pub const GUARD_FINDING: &str = "guard_finding";
 
+/// A copy of the monitor.
+const GUARD_COPY: &str = "guard_copy";
+/// `Monitor::install`.
+const GUARD_INSTALL: &str = "guard_install";
+
 /// Slots of a period, and how many of them have a turn: each of four scales two, the mean, and the trend.
 const PERIOD: u64 = 64;
 const TURNS: u64 = 10;
@@ -52,6 +57,7 @@ pub fn guard(episodes: usize, judged: usize) -> Vec<Question> {
             flight.step(set_point, if spiked { [odd.unfit(), b, c] } else { [a, b, c] });
             if flight.last.phase() == Phase::ModelDue {
                 flight.step(set_point, next());
+                flight.install();
                 flight.finish_learning();
             }
         }
@@ -62,6 +68,9 @@ pub fn guard(episodes: usize, judged: usize) -> Vec<Question> {
             flight.step(set_point, x);
             if slot % 9 == 0 {
                 flight.finding();
+            }
+            if slot % 300 == 0 {
+                flight.copy();
             }
         }
     }
@@ -128,6 +137,15 @@ impl Flight {
     fn finding(&mut self) {
         let answer = given::digest_of_finding(&self.guard.finding(&given::directions()));
         self.ask(Request::new(Kernel::GuardFinding, &[]), GUARD_FINDING, answer);
+    }
+
+    fn copy(&mut self) {
+        self.ask(Request::new(Kernel::GuardCopy, &[]), GUARD_COPY, given::digest_of_verdict(&self.last));
+    }
+
+    /// The monitor waits for a model, whatever it is.
+    fn install(&mut self) {
+        self.ask(Request::new(Kernel::GuardInstall, &[]), GUARD_INSTALL, 1);
     }
 
     fn ask(&mut self, request: Request, label: &'static str, expected: u32) {
