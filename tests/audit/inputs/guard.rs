@@ -39,7 +39,7 @@ const QUIET: usize = 400;
 #[must_use]
 pub fn guard(episodes: usize, judged: usize) -> Vec<Question> {
     let Ok(guard) = Monitor::new(&given::config()) else { return Vec::new() };
-    let mut flight = Flight { guard, last: Verdict::default(), seeding: 0, questions: Vec::new() };
+    let mut flight = Flight { guard, last: Verdict::default(), seeding: 0, beside: 0, questions: Vec::new() };
     let mut samples = kernels::healthy(23);
     let mut next = || samples.next().unwrap_or_default();
     let mut odd = Odd::default();
@@ -53,7 +53,7 @@ pub fn guard(episodes: usize, judged: usize) -> Vec<Question> {
         while !matches!(flight.last.phase(), Phase::Monitoring | Phase::Withheld) {
             // Few outliers, or the window is refused.
             let [a, b, c] = next();
-            let spiked = flight.questions.len() % 41 == 40;
+            let spiked = (flight.questions.len() - flight.beside) % 41 == 40;
             flight.step(set_point, if spiked { [odd.unfit(), b, c] } else { [a, b, c] });
             if flight.last.phase() == Phase::ModelDue {
                 flight.step(set_point, next());
@@ -105,6 +105,8 @@ struct Flight {
     last: Verdict,
     /// Slots that were spent seeding.
     seeding: usize,
+    /// Questions that change nothing: inputs do not depend on how many there are.
+    beside: usize,
     questions: Vec<Question>,
 }
 
@@ -140,11 +142,13 @@ impl Flight {
     }
 
     fn copy(&mut self) {
+        self.beside += 1;
         self.ask(Request::new(Kernel::GuardCopy, &[]), GUARD_COPY, given::digest_of_verdict(&self.last));
     }
 
     /// The monitor waits for a model, whatever it is.
     fn install(&mut self) {
+        self.beside += 1;
         self.ask(Request::new(Kernel::GuardInstall, &[]), GUARD_INSTALL, 1);
     }
 
