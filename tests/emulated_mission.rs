@@ -17,7 +17,7 @@ use firmware_stub::sampling::{Notes, Reading};
 use firmware_stub::settings::{guard_config, motor_constants};
 use firmware_stub::{Background, Guarded, Mode, Paper, Sampling, Shared};
 use monitor_core::Sample;
-use monitor_core::guard::{Cause, Loss};
+use monitor_core::guard::{self, Cause, Loss};
 use monitor_core::paper::{Config, Monitor};
 use monitor_core::sample::{Absence, Bank, Channel, PerPair};
 use monitor_core::units::{Amperes, RadPerSec, Volts};
@@ -131,7 +131,7 @@ fn on_host<M: Mode, const N: usize>(mode: M, slots: &[Arrival], answer: impl Fn(
 }
 
 fn host_verdicts(slots: &[Arrival]) -> Vec<[u32; VERDICT_WORDS]> {
-    let paper = Paper::new(&config()).unwrap();
+    let paper = Paper::new(Monitor::new(&config()).unwrap());
     let verdicts = on_host(paper, slots, |paper| record::verdict_to_words(paper.verdict()));
     // The mission is worth comparing only if it holds what it should.
     assert_eq!(slots.len(), 140_000);
@@ -183,8 +183,8 @@ fn the_boards_log_names_the_three_faults_in_order_with_their_size_and_since_when
 
 /// Flies slots in `guard` mode on the host and on both cores, and compares all answers; returns them with the log of the first.
 fn fly_guarded(slots: &[Arrival], sample_rate_hz: f32) -> (Vec<[u32; GUARDED_WORDS]>, Vec<String>) {
-    let guarded = Guarded::new(&guard_config(sample_rate_hz), motor_constants()).unwrap();
-    let host = on_host(guarded, slots, record::guarded_to_words);
+    let monitor = guard::Monitor::new(&guard_config(sample_rate_hz)).unwrap();
+    let host = on_host(Guarded::new(monitor, motor_constants()), slots, record::guarded_to_words);
     let firmware = toolchain::build("qemu-guard").unwrap_or_else(|error| panic!("{error}"));
     let config = Config { sample_rate_hz, ..config() };
     let mut stream = Stream::new(&Header { kind: Kind::Mission, records: slots.len() as u32, config });

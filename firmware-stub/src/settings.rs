@@ -22,7 +22,7 @@ pub type Flown = crate::Paper;
 /// The setting that is out of range.
 #[cfg(not(feature = "paper"))]
 pub fn flown() -> Result<Flown, guard::ConfigError> {
-    Flown::new(&board_guard(), motor_constants())
+    Ok(Flown::new(guard::Monitor::new(&board_guard())?, motor_constants()))
 }
 
 /// The monitor that the thruster controller starts with.
@@ -31,7 +31,7 @@ pub fn flown() -> Result<Flown, guard::ConfigError> {
 /// The setting that is out of range.
 #[cfg(feature = "paper")]
 pub fn flown() -> Result<Flown, paper::monitor::ConfigError> {
-    Flown::new(&default_motor())
+    Ok(Flown::new(paper::Monitor::new(&default_motor())?))
 }
 
 /// Clock of the slowest core that flies, kHz: the internal oscillator's.

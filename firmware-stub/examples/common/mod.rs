@@ -2,7 +2,7 @@
 
 use firmware_stub::background::Named;
 use firmware_stub::{Guarded, Reading, settings};
-use monitor_core::guard::{Cause, Config, ConfigError, Finding};
+use monitor_core::guard::{Cause, Config, ConfigError, Finding, Monitor};
 use monitor_core::sample::Sample;
 use monitor_core::units::{Amperes, RadPerSec, Volts};
 
@@ -20,7 +20,7 @@ pub(crate) const WATCHDOG_MS: u32 = settings::WATCHDOG_MS;
 /// A monitor of that motor, with times as short as they may be.
 pub(crate) fn guarded() -> Result<Guarded, ConfigError> {
     let config = Config { settle_s: 0.5, seed_s: 0.25, learn_s: 2.0, ..Config::at_rate(RATE_HZ as f32) };
-    Guarded::new(&config, settings::motor_constants())
+    Ok(Guarded::new(Monitor::new(&config)?, settings::motor_constants()))
 }
 
 /// What a board's converters and timer would give in slot `k`.

@@ -3,7 +3,7 @@ use super::*;
 use heapless::spsc::Queue;
 use monitor_core::paper::event::{Event, EventKind};
 use monitor_core::paper::verdict::Rejected;
-use monitor_core::paper::{Config, Diagnosis, Fault, Phase};
+use monitor_core::paper::{Config, Diagnosis, Fault, Monitor, Phase};
 use monitor_core::sample::Absence;
 use monitor_core::sample::{Bank, PerPair, Sample};
 use monitor_core::units::{Amperes, Volts};
@@ -37,7 +37,7 @@ fn config() -> Config {
 }
 
 fn board(queue: &mut Notes<Paper>) -> (Bench<'_, Paper>, Background<'_, Paper>) {
-    wired(Paper::new(&config()).unwrap(), queue)
+    wired(Paper::new(Monitor::new(&config()).unwrap()), queue)
 }
 
 fn wired<M: Mode>(mode: M, queue: &mut Notes<M>) -> (Bench<'_, M>, Background<'_, M>) {

@@ -14,6 +14,7 @@ use firmware_stub::record::{Kind, guarded_to_words};
 use firmware_stub::sampling::Notes;
 use firmware_stub::settings::{guard_config, motor_constants};
 use heapless::spsc::Queue;
+use monitor_core::guard::Monitor;
 
 static INTERRUPT: Interrupt<Guarded> = Interrupt::new();
 
@@ -30,9 +31,9 @@ fn fly(watchdog: &mut Watchdog) -> Result<(), Refusal> {
     }
     let refused = &b"error: the monitor refuses its settings\n\0"[..];
     let rate_hz = exchange.header.config.sample_rate_hz;
-    let guarded = Guarded::new(&guard_config(rate_hz), motor_constants()).map_err(|_| refused)?;
+    let monitor = Monitor::new(&guard_config(rate_hz)).map_err(|_| refused)?;
     let queue = cortex_m::singleton!(: Notes<Guarded> = Queue::new()).ok_or(refused)?;
-    let mut flight = Flight::new(&INTERRUPT, guarded, queue, rate_hz);
+    let mut flight = Flight::new(&INTERRUPT, Guarded::new(monitor, motor_constants()), queue, rate_hz);
     exchange.answer(|words| {
         watchdog.feed();
         flight.turn(words, guarded_to_words)

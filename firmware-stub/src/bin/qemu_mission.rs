@@ -14,6 +14,7 @@ use firmware_stub::board::qemu::{Flight, Interrupt, Watchdog};
 use firmware_stub::record::{EIGEN_WORDS, Kind, MATRIX_WORDS, eigen_to_words, verdict_to_words};
 use firmware_stub::sampling::Notes;
 use heapless::spsc::Queue;
+use monitor_core::paper::Monitor;
 
 static INTERRUPT: Interrupt<Paper> = Interrupt::new();
 
@@ -29,7 +30,7 @@ fn fly(watchdog: &mut Watchdog) -> Result<(), Refusal> {
         Kind::Mission => {
             let refused = &b"error: the monitor refuses its settings\n\0"[..];
             let config = exchange.header.config;
-            let paper = Paper::new(&config).map_err(|_| refused)?;
+            let paper = Paper::new(Monitor::new(&config).map_err(|_| refused)?);
             let queue = cortex_m::singleton!(: Notes<Paper> = Queue::new()).ok_or(refused)?;
             let mut flight = Flight::new(&INTERRUPT, paper, queue, config.sample_rate_hz);
             exchange.answer(|words| {

@@ -1,8 +1,7 @@
 //! `guard` mode on a board: the name of what is wrong is asked for at leisure, of a copy of the monitor.
 
 use monitor_core::guard::{
-    Cause, Config, ConfigError, Design, Directions, Finding, Loss, Model, Monitor, MotorConstants, Phase, Quality,
-    Verdict, Window,
+    Cause, Design, Directions, Finding, Loss, Model, Monitor, MotorConstants, Phase, Quality, Verdict, Window,
 };
 use monitor_core::moments::LearnError;
 use monitor_core::sample::{Absence, Channel};
@@ -135,12 +134,10 @@ impl Stood {
 }
 
 impl Guarded {
-    /// A monitor before its first slot, of a motor with these constants.
-    ///
-    /// # Errors
-    /// [`ConfigError`] names the setting that is out of range.
-    pub fn new(config: &Config, motor: MotorConstants) -> Result<Self, ConfigError> {
-        Ok(Guarded { monitor: Monitor::new(config)?, motor, stood: Stood::default(), raised: 0 })
+    /// A monitor before its first slot, of a motor with these constants. What was learned earlier has been restored in it.
+    #[must_use]
+    pub fn new(monitor: Monitor, motor: MotorConstants) -> Self {
+        Guarded { monitor, motor, stood: Stood::default(), raised: 0 }
     }
 
     /// The monitor.

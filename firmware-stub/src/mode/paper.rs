@@ -2,9 +2,8 @@
 
 use monitor_core::moments::{LearnError, Moments};
 use monitor_core::paper::event::{Event, EventKind, Watch};
-use monitor_core::paper::monitor::ConfigError;
 use monitor_core::paper::verdict::Rejected;
-use monitor_core::paper::{Baseline, Config, Diagnosis, Monitor, Verdict};
+use monitor_core::paper::{Baseline, Diagnosis, Monitor, Verdict};
 use monitor_core::pca::ExplainedShare;
 use monitor_core::sample::ModelId;
 use monitor_core::units::RadPerSec;
@@ -36,11 +35,9 @@ pub struct News {
 
 impl Paper {
     /// A monitor before its first slot.
-    ///
-    /// # Errors
-    /// [`ConfigError`] names the setting that is out of range.
-    pub fn new(config: &Config) -> Result<Self, ConfigError> {
-        Ok(Paper { monitor: Monitor::new(config)?, watch: Watch::default(), channels: [0.0; 3] })
+    #[must_use]
+    pub fn new(monitor: Monitor) -> Self {
+        Paper { monitor, watch: Watch::default(), channels: [0.0; 3] }
     }
 
     /// The monitor.

@@ -1,6 +1,6 @@
 //! What the wiring adds to a monitor in `guard` mode: names that are asked for, and what is told of when it changes.
 
-use monitor_core::guard::{Cause, Config, Finding, Loss, MotorConstants, Phase};
+use monitor_core::guard::{Cause, Config, Finding, Loss, Monitor, MotorConstants, Phase};
 use monitor_core::moments::LearnError;
 use monitor_core::sample::Channel;
 
@@ -12,7 +12,7 @@ use crate::mode::guarded::{News, Rejected, What};
 fn board(queue: &mut Notes<Guarded>) -> (Bench<'_, Guarded>, Background<'_, Guarded>) {
     let motor = MotorConstants { resistance_ohm: 0.3, torque_constant_nm_per_a: 0.0302, load_slope_nm_s: 0.0 };
     let config = Config { settle_s: 0.02, seed_s: 0.05, learn_s: 2.0, ..Config::at_rate(1000.0) };
-    wired(Guarded::new(&config, motor).unwrap(), queue)
+    wired(Guarded::new(Monitor::new(&config).unwrap(), motor), queue)
 }
 
 /// Slots that the monitor has learned behind.
