@@ -61,7 +61,7 @@ impl Spoken for Paper {
 
     fn log_statistics(&self) {
         if let Some(baseline) = self.monitor().baseline() {
-            healthy(baseline.mean().into(), baseline.sigma().into());
+            healthy(baseline.mean(), baseline.sigma());
         }
     }
 }
