@@ -67,7 +67,7 @@ impl<'a> Firmware<'a> {
         Firmware { features: "audit", link, guarded: false, ..Self::emulated(binary) }
     }
 
-    /// Builds it; returns the ELF file, of which no other build writes.
+    /// Builds it; returns the ELF file, which no build with other features writes to.
     ///
     /// # Errors
     /// What is missing or went wrong, and what helps.

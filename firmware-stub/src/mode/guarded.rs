@@ -58,7 +58,8 @@ pub enum What {
     Gap,
     /// They come again.
     GapOver,
-    /// A window was refused; learning has begun again, or waits until the alarm is acknowledged.
+    /// A window was refused; learning has begun again, or waits until the alarm is acknowledged. Of seeding windows that are refused
+    /// for one reason in a row only the first is told.
     Refused(LearnError),
     /// A learning window was accepted.
     Learned(Quality),
