@@ -11,7 +11,6 @@ use core::cell::RefCell;
 
 use cortex_m_rt::{entry, exception};
 use critical_section::Mutex;
-use firmware_stub::Shared;
 use firmware_stub::background::Background;
 use firmware_stub::board::host::{self, HostFile};
 use firmware_stub::board::qemu::{Clock, FaultOutput, SamplingTimer, TICKS_PER_SECOND, Watchdog};
@@ -21,7 +20,8 @@ use firmware_stub::fault::Reason;
 use firmware_stub::report::Report;
 use firmware_stub::request::Request;
 use firmware_stub::sampling::{Notes, Sampling};
-use monitor_core::paper::Monitor;
+use firmware_stub::{Guarded, Shared};
+use heapless::spsc::Queue;
 
 mod common;
 
@@ -30,7 +30,7 @@ const STALLS: usize = 8;
 
 /// What the interrupt owns.
 struct Interrupt {
-    sampling: Sampling<'static>,
+    sampling: Sampling<'static, Guarded>,
     deadline: Deadline,
     clock: Clock,
     output: FaultOutput,
@@ -75,8 +75,8 @@ fn stall(clock: Clock, us: u32) {
 /// The main loop's access.
 struct Locked;
 
-impl Shared<'static> for Locked {
-    fn with<R>(&mut self, f: impl FnOnce(&mut Sampling<'static>) -> R) -> R {
+impl Shared<'static, Guarded> for Locked {
+    fn with<R>(&mut self, f: impl FnOnce(&mut Sampling<'static, Guarded>) -> R) -> R {
         critical_section::with(|cs| match INTERRUPT.borrow(cs).try_borrow_mut().as_deref_mut() {
             Ok(Some(own)) => f(&mut own.sampling),
             _ => board::stop(Reason::Settings),
@@ -86,10 +86,8 @@ impl Shared<'static> for Locked {
 
 #[entry]
 fn main() -> ! {
-    let config = common::config();
-    let (Some(core), Some(notes), Ok(monitor)) =
-        (cortex_m::Peripherals::take(), cortex_m::singleton!(: Notes = Notes::new()), Monitor::new(&config))
-    else {
+    let queue = cortex_m::singleton!(: Notes<Guarded> = Queue::new());
+    let (Some(core), Some(notes), Ok(monitor)) = (cortex_m::Peripherals::take(), queue, common::guarded()) else {
         board::stop(Reason::Settings)
     };
     let (notes, heard) = notes.split();
@@ -107,22 +105,25 @@ fn main() -> ! {
         stalls,
     };
     critical_section::with(|cs| INTERRUPT.borrow(cs).replace(Some(own)));
-    let mut background = Background::new(heard, config.explained_share);
-    let report = Report::new(&config);
-    let mut watchdog = Watchdog::start(100);
+    let mut background = Background::new(heard);
+    let report = Report::<Guarded>::new(common::RATE_HZ);
+    let mut watchdog = Watchdog::start(common::WATCHDOG_MS);
     let _timer = SamplingTimer::start(core.SYST, common::RATE_HZ);
     let mut named = false;
     while Locked.with(|sampling| sampling.slots()) < u64::from(common::SLOTS) {
         background.learn(&mut Locked);
         while let Some(note) = background.next_note() {
-            named |= common::names_the_fault(&note);
             report.note(note);
+        }
+        if let Some(name) = background.name(&mut Locked) {
+            named |= common::is_the_fault(&name);
+            report.named(&name);
         }
         if background.sampling_is_alive(&mut Locked) {
             watchdog.feed();
         }
         board::wait();
     }
-    report.answer(background.answer(Request::Statistics, &mut Locked));
+    report.answer(&background.answer(Request::Statistics, &mut Locked));
     host::leave(named)
 }

@@ -11,7 +11,6 @@ use cortex_m_rt::exception;
 use embassy_executor::Spawner;
 use embassy_sync::blocking_mutex::{Mutex, raw::CriticalSectionRawMutex};
 use embassy_sync::signal::Signal;
-use firmware_stub::Shared;
 use firmware_stub::background::Background;
 use firmware_stub::board::qemu::{Clock, FaultOutput, SamplingTimer, Watchdog};
 use firmware_stub::board::{self, host};
@@ -19,13 +18,14 @@ use firmware_stub::deadline::Deadline;
 use firmware_stub::fault::Reason;
 use firmware_stub::report::Report;
 use firmware_stub::sampling::{Notes, Sampling};
-use monitor_core::paper::Monitor;
+use firmware_stub::{Guarded, Shared};
+use heapless::spsc::Queue;
 
 mod common;
 
 /// What the interrupt owns.
 struct Interrupt {
-    sampling: Sampling<'static>,
+    sampling: Sampling<'static, Guarded>,
     deadline: Deadline,
     clock: Clock,
     output: FaultOutput,
@@ -62,8 +62,8 @@ impl Interrupt {
 /// The task's access.
 struct Locked;
 
-impl Shared<'static> for Locked {
-    fn with<R>(&mut self, f: impl FnOnce(&mut Sampling<'static>) -> R) -> R {
+impl Shared<'static, Guarded> for Locked {
+    fn with<R>(&mut self, f: impl FnOnce(&mut Sampling<'static, Guarded>) -> R) -> R {
         INTERRUPT.lock(|own| match own.try_borrow_mut().as_deref_mut() {
             Ok(Some(own)) => f(&mut own.sampling),
             _ => board::stop(Reason::Settings),
@@ -73,10 +73,8 @@ impl Shared<'static> for Locked {
 
 #[embassy_executor::main]
 async fn main(_spawner: Spawner) {
-    let config = common::config();
-    let (Some(core), Some(notes), Ok(monitor)) =
-        (cortex_m::Peripherals::take(), cortex_m::singleton!(: Notes = Notes::new()), Monitor::new(&config))
-    else {
+    let queue = cortex_m::singleton!(: Notes<Guarded> = Queue::new());
+    let (Some(core), Some(notes), Ok(monitor)) = (cortex_m::Peripherals::take(), queue, common::guarded()) else {
         board::stop(Reason::Settings)
     };
     let (notes, heard) = notes.split();
@@ -89,17 +87,20 @@ async fn main(_spawner: Spawner) {
         slot: 0,
     };
     INTERRUPT.lock(|place| place.replace(Some(own)));
-    let mut background = Background::new(heard, config.explained_share);
-    let report = Report::new(&config);
-    let mut watchdog = Watchdog::start(100);
+    let mut background = Background::new(heard);
+    let report = Report::<Guarded>::new(common::RATE_HZ);
+    let mut watchdog = Watchdog::start(common::WATCHDOG_MS);
     let _timer = SamplingTimer::start(core.SYST, common::RATE_HZ);
     let mut named = false;
     while Locked.with(|sampling| sampling.slots()) < u64::from(common::SLOTS) {
         SAMPLED.wait().await;
         background.learn(&mut Locked);
         while let Some(note) = background.next_note() {
-            named |= common::names_the_fault(&note);
             report.note(note);
+        }
+        if let Some(name) = background.name(&mut Locked) {
+            named |= common::is_the_fault(&name);
+            report.named(&name);
         }
         if background.sampling_is_alive(&mut Locked) {
             watchdog.feed();

@@ -47,6 +47,10 @@ kernels! {
     GuardFinishLearning = "audit_guard_finish_learning",
     /// `guard::Monitor::finding`.
     GuardFinding = "audit_guard_finding",
+    /// A copy of `guard::Monitor`, for which a board holds its sampling interrupt off.
+    GuardCopy = "audit_guard_copy",
+    /// `guard::Monitor::install` of a copy, for which it does so as well.
+    GuardInstall = "audit_guard_install",
     /// `Moments::push`; input: three channels.
     Push = "audit_push",
     /// A new window for `Push`: no call.

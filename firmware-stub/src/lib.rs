@@ -1,10 +1,10 @@
 //! Wiring of [`monitor_core`] for a thruster controller board. Everything that computes is in the core.
 //!
 //! In the order in which a sample passes: which [slot](deadline) of the sampling clock the interrupt belongs to, what the
-//! [interrupt](sampling) does with it, what the [main loop](background) does at leisure, what can be [asked](request) of
-//! it, how it is reported (`report`, with the feature `defmt`), and [how a run can end](fault). Beside them stand the
-//! [records](record) that a host and an emulated board exchange, [`guard` mode](guarded) slot by slot, the [kernels] that an audit calls one by one, and the
-//! boards, of which a build has at most one.
+//! [interrupt](sampling) does with it, what a monitor in either [mode] says of it, what the [main loop](background) does at
+//! leisure, what can be [asked](request) of it, how it is reported (`report`, with the feature `defmt`), and
+//! [how a run can end](fault). Beside them stand the [records](record) that a host and an emulated board exchange, the
+//! [kernels] that an audit calls one by one, and the boards, of which a build has at most one.
 
 #![no_std]
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing))]
@@ -20,13 +20,13 @@ compile_error!("no board is chosen: enable the feature board-qemu or the feature
 
 pub mod deadline;
 pub mod sampling;
+pub mod mode;
 pub mod background;
 pub mod request;
 #[cfg(feature = "defmt")]
 pub mod report;
 pub mod fault;
 pub mod record;
-pub mod guarded;
 pub mod kernels;
 pub mod settings;
 pub mod scale;
@@ -34,4 +34,5 @@ pub mod scale;
 pub mod board;
 
 pub use background::{Background, Shared};
+pub use mode::{Guarded, Mode, Paper};
 pub use sampling::{Reading, Sampling};

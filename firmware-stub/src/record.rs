@@ -2,8 +2,8 @@
 //!
 //! Host to board: one [`Header`], then as many records as it announces: slots of the sampling clock (5 words) or symmetric
 //! matrices (6 words), in chunks of [`CHUNK`] records (the last may be shorter). A check word ([`check_word`]) follows the
-//! header and every chunk. Board to host: for each slot the verdict (7 words), for each matrix the decomposition (13
-//! words). Floating-point numbers travel as their bits, so equality means equality of every bit.
+//! header and every chunk. Board to host: for each slot the verdict (7 words in `paper` mode, 15 in `guard` mode), for each
+//! matrix the decomposition (13 words). Floating-point numbers travel as their bits, so equality means equality of every bit.
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use monitor_core::Sample;
@@ -18,6 +18,10 @@ use nalgebra::Matrix3;
 
 use crate::request::Request;
 use crate::sampling::Reading;
+
+mod guarded;
+
+pub use guarded::{GUARDED_WORDS, guarded_to_words};
 
 /// Words of a header, of a slot, of a verdict, of a matrix and of a decomposition.
 pub const HEADER_WORDS: usize = 14;
@@ -156,9 +160,10 @@ impl Arrival {
             Reading::Absent(Absence::Missing) => (2, Sample::default()),
         };
         let request = match self.request {
-            Some(Request::Contributions) => 1,
+            Some(Request::ByChannel) => 1,
             Some(Request::Statistics) => 2,
             Some(Request::Verdict) => 3,
+            Some(Request::Acknowledge) => 4,
             // A mission's set points are part of its slots.
             None | Some(Request::SetPoint(_)) => 0,
         };
@@ -180,9 +185,10 @@ impl Arrival {
         };
         let request = match flags >> 8 {
             0 => None,
-            1 => Some(Request::Contributions),
+            1 => Some(Request::ByChannel),
             2 => Some(Request::Statistics),
             3 => Some(Request::Verdict),
+            4 => Some(Request::Acknowledge),
             _ => return None,
         };
         Some(Arrival { set_point: RadPerSec(set_point), reading, request })
@@ -262,11 +268,13 @@ mod tests {
         let late = Arrival { reading: Reading::Absent(Absence::Late), request: Some(Request::Verdict), ..slot };
         let missing =
             Arrival { reading: Reading::Absent(Absence::Missing), request: Some(Request::Statistics), ..slot };
-        for slot in [slot, late, missing, Arrival { request: Some(Request::Contributions), ..slot }] {
+        let asking =
+            [Request::ByChannel, Request::Acknowledge].map(|request| Arrival { request: Some(request), ..slot });
+        for slot in [slot, late, missing].into_iter().chain(asking) {
             assert_eq!(Arrival::from_words(slot.to_words()), Some(slot));
         }
         assert_eq!(Arrival::from_words([3, 0, 0, 0, 0]), None);
-        assert_eq!(Arrival::from_words([4 << 8, 0, 0, 0, 0]), None);
+        assert_eq!(Arrival::from_words([5 << 8, 0, 0, 0, 0]), None);
     }
 
     #[test]

@@ -1,28 +1,47 @@
 //! What the main loop hears and answers, as `defmt` lines that a person understands: what, since when, how large against
 //! its limit. Times are of the sampling clock, in seconds since the start.
 
-use monitor_core::paper::event::EventKind;
-use monitor_core::paper::{Config, Diagnosis, Phase};
-use monitor_core::sample::{Bank, ModelId};
+use core::marker::PhantomData;
 
-use crate::background::{Answer, Learned};
+use crate::background::{Answer, Learned, Named};
 use crate::fault::Reason;
-use crate::sampling::{Note, Snapshot};
+use crate::mode::Mode;
+use crate::sampling::{Note, NoteOf, Snapshot};
 
-/// What turns samples into times and residuals into a comparison.
-#[derive(Clone, Copy, Debug)]
-pub struct Report {
-    /// Microseconds from one sample to the next: a board's rate divides a million.
-    period_us: u32,
-    limits: Bank<f32>,
+mod guarded;
+mod paper;
+
+/// What only a mode itself can say.
+pub trait Spoken: Mode<Rejected: defmt::Format> {
+    /// Logs what has changed with a slot.
+    fn log_news(report: &Report<Self>, news: Self::News);
+
+    /// Logs a name that was asked for.
+    fn log_named(report: &Report<Self>, named: &Named<Self::Finding>);
+
+    /// Logs what of the last verdict is due to each channel.
+    fn log_by_channel(shares: Option<[f32; 3]>);
+
+    /// Logs the last verdict, and what is wrong.
+    fn log_verdict(&self, report: &Report<Self>, finding: &Self::Finding);
+
+    /// Logs what samples are judged by.
+    fn log_statistics(&self);
 }
 
-impl Report {
-    /// For a monitor with these settings.
+/// What turns slots into times.
+#[derive(Clone, Copy, Debug)]
+pub struct Report<M> {
+    /// Microseconds from one slot to the next: a board's rate divides a million.
+    period_us: u32,
+    mode: PhantomData<M>,
+}
+
+impl<M: Spoken> Report<M> {
+    /// For slots at this rate.
     #[must_use]
-    pub fn new(config: &Config) -> Self {
-        let period_us = 1_000_000 / (config.sample_rate_hz as u32).max(1);
-        Report { period_us, limits: config.thresholds }
+    pub fn new(sample_rate_hz: u32) -> Self {
+        Report { period_us: 1_000_000 / sample_rate_hz.max(1), mode: PhantomData }
     }
 
     /// Microseconds from the start to a sample. No division: of 64 bits, that would be a routine of its own.
@@ -32,9 +51,9 @@ impl Report {
 
     /// Logs a note.
     #[inline(never)]
-    pub fn note(&self, note: Note) {
+    pub fn note(&self, note: NoteOf<M>) {
         match note {
-            Note::Event { event, residual, alarm_since } => self.event(event.sample, event.kind, residual, alarm_since),
+            Note::News(news) => M::log_news(self, news),
             Note::Rejecting { sample, why } => {
                 defmt::warn!("{=u64:us} s: samples are turned away, {}", self.us(sample), why);
             }
@@ -47,31 +66,12 @@ impl Report {
         }
     }
 
-    fn event(&self, sample: u64, kind: EventKind, t2: f32, since: Option<u64>) {
-        let at = self.us(sample);
-        match kind {
-            EventKind::Located(Diagnosis::Fault(fault)) => defmt::warn!(
-                "{=u64:us} s: fault {}, alarm since {=u64:us} s, T2 {=f32} of limit {=f32}",
-                at,
-                fault,
-                self.us(since.unwrap_or(sample)),
-                t2,
-                *self.limits.get(ModelId::Full)
-            ),
-            EventKind::Located(_) => defmt::warn!("{=u64:us} s: something is wrong, but no known fault", at),
-            EventKind::Cleared(diagnosis) => defmt::info!("{=u64:us} s: cleared {}", at, diagnosis),
-            EventKind::RelayUp(model) => {
-                defmt::info!("{=u64:us} s: {} up, T2 {=f32} of limit {=f32}", at, model, t2, *self.limits.get(model));
-            }
-            EventKind::RelayDown(model) => defmt::info!("{=u64:us} s: {} down", at, model),
-            EventKind::LearningRefused(error) => defmt::warn!("{=u64:us} s: learning refused, {}", at, error),
-            EventKind::Phase(Phase::Settling(why)) => defmt::info!("{=u64:us} s: settling, {}", at, why),
-            EventKind::Phase(phase) => defmt::info!("{=u64:us} s: {}", at, phase),
-            kind => defmt::info!("{=u64:us} s: {}", at, kind),
-        }
+    /// Logs a name that was asked for.
+    pub fn named(&self, named: &Named<M::Finding>) {
+        M::log_named(self, named);
     }
 
-    /// Logs how a learning window ended where no event says it: a refusal is an event.
+    /// Logs how a learning window ended where no note says it.
     pub fn learned(&self, learned: Learned, in_vain: u32) {
         match learned {
             Learned::Installed | Learned::Refused(_) => {}
@@ -83,50 +83,35 @@ impl Report {
 
     /// Logs an answer.
     #[inline(never)]
-    pub fn answer(&self, answer: Answer) {
+    pub fn answer(&self, answer: &Answer<M>) {
         match answer {
-            Answer::Contributions(Some([speed, current, voltage])) => defmt::info!(
-                "contributions to T2: speed {=f32}, armature current {=f32}, armature voltage {=f32}",
-                speed,
-                current,
-                voltage
-            ),
-            Answer::Contributions(None) => defmt::info!("contributions to T2: none, nothing is judged yet"),
-            Answer::Statistics(state) => self.statistics(&state),
-            Answer::Verdict(state) => self.verdict(&state),
+            Answer::ByChannel(shares) => M::log_by_channel(*shares),
+            Answer::Statistics(state) => self.statistics(state),
+            Answer::Verdict(state, finding) => state.mode.log_verdict(self, finding),
             Answer::SetPoint(set_point) => defmt::info!("set point {=f32} rad/s", set_point.0),
+            Answer::Acknowledged => defmt::info!("acknowledged: the motor is taken for healthy"),
         }
     }
 
-    fn verdict(&self, state: &Snapshot) {
-        let verdict = &state.verdict;
-        defmt::info!(
-            "{=u64:us} s: {}, {}, T2 {=f32} of limit {=f32}",
-            self.us(verdict.sample()),
-            verdict.phase(),
-            verdict.diagnosis(),
-            verdict.residuals().map_or(0.0, |residuals| residuals.full),
-            self.limits.full
-        );
-    }
-
-    fn statistics(&self, state: &Snapshot) {
-        let counts = state.counts;
+    fn statistics(&self, Snapshot { mode, counts }: &Snapshot<M>) {
         defmt::info!(
             "{=u64:us} s: {=u32} slots turned away, {=u32} of them late or missing, {=u32} overruns, {=u32} notes dropped",
-            self.us(state.verdict.sample()),
+            self.us(mode.slot()),
             counts.rejected,
             counts.absent,
             counts.overruns,
             counts.dropped
         );
-        if let Some(baseline) = state.baseline {
-            let ([m1, m2, m3], [s1, s2, s3]) = (baseline.mean(), baseline.sigma());
-            defmt::info!("speed {=f32} rad/s, sigma {=f32}", m1, s1);
-            defmt::info!("armature current {=f32} A, sigma {=f32}", m2, s2);
-            defmt::info!("armature voltage {=f32} V, sigma {=f32}", m3, s3);
-        }
+        mode.log_statistics();
     }
+}
+
+/// Logs what the channels are while the motor is healthy.
+fn healthy(mean: [f32; 3], sigma: [f32; 3]) {
+    let ([m1, m2, m3], [s1, s2, s3]) = (mean, sigma);
+    defmt::info!("speed {=f32} rad/s, sigma {=f32}", m1, s1);
+    defmt::info!("armature current {=f32} A, sigma {=f32}", m2, s2);
+    defmt::info!("armature voltage {=f32} V, sigma {=f32}", m3, s3);
 }
 
 /// Logs why the last run ended, at the start of this one.

@@ -5,12 +5,14 @@ use monitor_core::units::RadPerSec;
 /// Something asked of the main loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Request {
-    /// `c`: what each channel contributes to the T2 of the last sample.
-    Contributions,
+    /// `c`: what of the last verdict is due to each channel: its deviation in `guard` mode, its contribution to T2 in `paper` mode.
+    ByChannel,
     /// `s`: counts, and mean and sigma of each channel.
     Statistics,
-    /// `v`: the last verdict.
+    /// `v`: the last verdict, and what is wrong.
     Verdict,
+    /// `a`: the motor is healthy as it runs now. Withdraws an alarm by which nothing is learned; of no meaning in `paper` mode.
+    Acknowledge,
     /// `p` and four bytes, an `f32` in rad/s, little endian: the motor controller has a new set point.
     SetPoint(RadPerSec),
 }
@@ -30,9 +32,10 @@ impl Requests {
             return self.value(byte);
         }
         match byte {
-            b'c' => Some(Request::Contributions),
+            b'c' => Some(Request::ByChannel),
             b's' => Some(Request::Statistics),
             b'v' => Some(Request::Verdict),
+            b'a' => Some(Request::Acknowledge),
             b'p' => {
                 *self = Requests { seen: 1, bits: 0 };
                 None
@@ -64,8 +67,8 @@ mod tests {
 
     #[test]
     fn letters_are_requests_and_anything_else_is_passed_over() {
-        let expected = [Request::Contributions, Request::Verdict, Request::Statistics];
-        assert!(all(b"\r\nc?v\0s\xff").eq(expected));
+        let expected = [Request::ByChannel, Request::Verdict, Request::Statistics, Request::Acknowledge];
+        assert!(all(b"\r\nc?v\0s\xffa").eq(expected));
     }
 
     #[test]

@@ -2,15 +2,12 @@
 
 use heapless::spsc::{self, Queue};
 use monitor_core::Sample;
-use monitor_core::moments::{LearnError, Moments};
-use monitor_core::paper::event::{Event, EventKind, Watch};
-use monitor_core::paper::verdict::Rejected;
-use monitor_core::paper::{Baseline, Monitor, Verdict};
+use monitor_core::moments::LearnError;
 use monitor_core::sample::Absence;
-use monitor_core::sample::ModelId;
 use monitor_core::units::RadPerSec;
 
 use crate::deadline::Slot;
+use crate::mode::Mode;
 
 /// What a board reads in one slot.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,28 +18,24 @@ pub enum Reading {
     Absent(Absence),
 }
 
-/// Places of the queue to the main loop; one stays free. A verdict brings at most nine notes, seven of them events.
+/// Places of the queue to the main loop; one stays free. A verdict brings at most nine notes, eight of them news.
 const PLACES: usize = 32;
 
 /// The queue to the main loop.
-pub type Notes = Queue<Note, PLACES>;
+pub type Notes<M> = Queue<NoteOf<M>, PLACES>;
 /// Its end in the interrupt.
-pub type Producer<'q> = spsc::Producer<'q, Note, PLACES>;
+pub type Producer<'q, M> = spsc::Producer<'q, NoteOf<M>, PLACES>;
 /// Its end in the main loop.
-pub type Consumer<'q> = spsc::Consumer<'q, Note, PLACES>;
+pub type Consumer<'q, M> = spsc::Consumer<'q, NoteOf<M>, PLACES>;
+
+/// What the main loop is told of by a monitor in a mode.
+pub type NoteOf<M> = Note<<M as Mode>::News, <M as Mode>::Rejected>;
 
 /// What the main loop is told of.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Note {
+pub enum Note<News, Rejected> {
     /// Something changed between two verdicts.
-    Event {
-        /// What, and when.
-        event: Event,
-        /// The smoothed T2 it is about: of the relay's model, else of the full one; zero when nothing was judged.
-        residual: f32,
-        /// The sample from which on some relay has been up.
-        alarm_since: Option<u64>,
-    },
+    News(News),
     /// Slots are turned away from this one on.
     Rejecting {
         /// The first such slot.
@@ -78,45 +71,32 @@ pub struct Counts {
 }
 
 /// What the main loop works on at leisure, copied in a short critical section.
-#[derive(Clone, Copy, Debug)]
-pub struct Snapshot {
-    /// The last verdict.
-    pub verdict: Verdict,
-    /// The last sample that was not turned away; its channels in order.
-    pub channels: [f32; 3],
-    /// What samples are judged by.
-    pub baseline: Option<Baseline>,
+#[derive(Clone, Debug)]
+pub struct Snapshot<M> {
+    /// The monitor behind its last verdict.
+    pub mode: M,
     /// What has gone wrong.
     pub counts: Counts,
 }
 
 /// The moving part of the sampling interrupt.
-pub struct Sampling<'q> {
-    monitor: Monitor,
-    watch: Watch,
-    notes: Producer<'q>,
+pub struct Sampling<'q, M: Mode> {
+    mode: M,
+    notes: Producer<'q, M>,
     counts: Counts,
     /// Slots turned away in a row, and why the last of them was.
-    run: (u32, Option<Rejected>),
-    channels: [f32; 3],
+    run: (u32, Option<M::Rejected>),
 }
 
-impl<'q> Sampling<'q> {
+impl<'q, M: Mode> Sampling<'q, M> {
     /// A monitor, and the queue to the main loop.
     #[must_use]
-    pub fn new(monitor: Monitor, notes: Producer<'q>) -> Self {
-        Sampling {
-            monitor,
-            watch: Watch::default(),
-            notes,
-            counts: Counts::default(),
-            run: (0, None),
-            channels: [0.0; 3],
-        }
+    pub fn new(mode: M, notes: Producer<'q, M>) -> Self {
+        Sampling { mode, notes, counts: Counts::default(), run: (0, None) }
     }
 
     /// One sampling interrupt: lets lost slots go by, reads unless it is too late for that, judges, and drives the fault
-    /// output (`true` while any relay is up).
+    /// output (`true` while something is wrong).
     ///
     /// Slots that were lost are caught up with here; one costs far less than a slot lasts, so this ends.
     #[inline]
@@ -126,85 +106,73 @@ impl<'q> Sampling<'q> {
         set_point: RadPerSec,
         read: impl FnOnce() -> Reading,
         drive_fault_output: impl FnOnce(bool),
-    ) -> &Verdict {
+    ) -> &M::Verdict {
         for _ in 0..slot.lost {
             self.judge(set_point, Reading::Absent(Absence::Missing));
         }
         let reading = if slot.late { Reading::Absent(Absence::Late) } else { read() };
         self.judge(set_point, reading);
-        let verdict = self.monitor.verdict();
-        drive_fault_output(verdict.alarm());
-        verdict
+        drive_fault_output(self.mode.alarm());
+        self.mode.verdict()
     }
 
     /// Judges one slot, and queues what changed. Called from two places, and to be in flash once.
     #[inline(never)]
     fn judge(&mut self, set_point: RadPerSec, reading: Reading) {
-        let Sampling { monitor, watch, notes, counts, run, channels } = self;
-        let verdict = match reading {
-            Reading::Taken(sample) => monitor.step(set_point, sample),
-            Reading::Absent(why) => {
-                counts.absent = counts.absent.saturating_add(1);
-                monitor.skip(why)
-            }
-        };
-        let rejected = verdict.rejected();
-        if rejected.is_none() {
-            *channels = verdict.readings();
+        let Sampling { mode, notes, counts, run } = self;
+        counts.absent = counts.absent.saturating_add(u32::from(matches!(reading, Reading::Absent(_))));
+        let rejected = mode.step(set_point, reading, |news| push::<M>(notes, counts, Note::News(news)));
+        if let Some(note) = rejection(run, counts, mode.slot(), rejected) {
+            push::<M>(notes, counts, note);
         }
-        if let Some(news) = rejection(run, counts, verdict.sample(), rejected) {
-            push(notes, counts, news);
-        }
-        watch.observe(verdict, |event| push(notes, counts, note(event, verdict)));
     }
 
     /// To be called at the end of an interrupt that found the next slot begun
     /// ([`Deadline::overrun`](crate::deadline::Deadline::overrun)).
     pub fn overran(&mut self) {
         self.counts.overruns = self.counts.overruns.saturating_add(1);
-        let sample = self.monitor.verdict().sample();
-        push(&mut self.notes, &mut self.counts, Note::Overrun { sample });
+        push::<M>(&mut self.notes, &mut self.counts, Note::Overrun { sample: self.mode.slot() });
     }
 
-    /// What the main loop may ask for, by copy.
+    /// The monitor.
     #[must_use]
-    pub fn snapshot(&self) -> Snapshot {
-        let Sampling { monitor, channels, counts, .. } = self;
-        let (verdict, baseline) = (*monitor.verdict(), monitor.baseline().copied());
-        Snapshot { verdict, channels: *channels, baseline, counts: *counts }
+    pub const fn mode(&self) -> &M {
+        &self.mode
+    }
+
+    /// What the main loop may ask for, by copy. Asked for in several places, and to be in flash once.
+    #[must_use]
+    #[inline(never)]
+    pub fn snapshot(&self) -> Snapshot<M> {
+        Snapshot { mode: self.mode.clone(), counts: self.counts }
     }
 
     /// Slots so far: the count moves while the interrupt is alive.
     #[must_use]
     pub fn slots(&self) -> u64 {
-        self.monitor.verdict().sample().wrapping_add(1)
-    }
-
-    /// The learning window, when it is complete and no model has been made of it.
-    #[must_use]
-    pub fn learned_window(&self) -> Option<Moments<3>> {
-        self.monitor.learned_window().copied()
+        self.mode.slot().wrapping_add(1)
     }
 
     /// Hands in what was made of the learning window; returns whether it was still wanted.
-    pub fn install(&mut self, learned: Result<Baseline, LearnError>) -> bool {
-        let wanted = self.monitor.install(learned);
-        if let (true, Err(error)) = (wanted, learned) {
-            let event = Event { sample: self.monitor.verdict().sample(), kind: EventKind::LearningRefused(error) };
-            push(&mut self.notes, &mut self.counts, note(event, self.monitor.verdict()));
-        }
-        wanted
+    pub fn install(&mut self, learned: Result<M::Model, LearnError>) -> bool {
+        let Sampling { mode, notes, counts, .. } = self;
+        mode.install(learned, |news| push::<M>(notes, counts, Note::News(news)))
+    }
+
+    /// Takes the motor for healthy as it runs now.
+    pub fn acknowledge(&mut self) {
+        self.mode.acknowledge();
     }
 }
 
 /// Tells once that slots are turned away, again when the reason changes, and when that is over. `run` counts them in a row,
 /// and holds the last reason.
-fn rejection(
+fn rejection<News, Rejected: Copy + PartialEq>(
     run: &mut (u32, Option<Rejected>),
     counts: &mut Counts,
     sample: u64,
     now: Option<Rejected>,
-) -> Option<Note> {
+) -> Option<Note<News, Rejected>> {
     let (length, before) = *run;
     *run = (if now.is_some() { length.saturating_add(1) } else { 0 }, now);
     counts.rejected = counts.rejected.saturating_add(u32::from(now.is_some()));
@@ -215,19 +183,8 @@ fn rejection(
     }
 }
 
-/// What the main loop needs in order to tell of an event.
 #[inline(never)]
-fn note(event: Event, verdict: &Verdict) -> Note {
-    let model = match event.kind {
-        EventKind::RelayUp(model) | EventKind::RelayDown(model) => model,
-        _ => ModelId::Full,
-    };
-    let residual = verdict.residuals().map_or(0.0, |residuals| *residuals.get(model));
-    Note::Event { event, residual, alarm_since: verdict.alarm_since() }
-}
-
-#[inline(never)]
-fn push(notes: &mut Producer<'_>, counts: &mut Counts, note: Note) {
+fn push<M: Mode>(notes: &mut Producer<'_, M>, counts: &mut Counts, note: NoteOf<M>) {
     if notes.enqueue(note).is_err() {
         counts.dropped = counts.dropped.saturating_add(1);
     }

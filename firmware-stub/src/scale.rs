@@ -35,6 +35,17 @@ const EDGES_PER_TURN: f32 = 4096.0;
 /// A shaft faster than this is no reading of a shaft, rad/s: 10,000 rpm.
 const CREDIBLE_SPEED: f32 = 1047.2;
 
+/// Speed for each edge in a slot, rad/s: 2 pi / 4096 * 1000 Hz = 1.53 rad/s.
+const fn speed_per_edge(rate_hz: f32) -> f32 {
+    TAU / EDGES_PER_TURN * rate_hz
+}
+
+/// The least step of each channel, in its unit: no reading is more exact.
+#[must_use]
+pub const fn converter_steps(rate_hz: f32) -> [f32; 3] {
+    [speed_per_edge(rate_hz), A_PER_CODE, ARMATURE_V_PER_CODE]
+}
+
 /// Armature current of a code.
 #[must_use]
 pub fn current(code: u16) -> Amperes {
@@ -50,7 +61,7 @@ pub fn voltage(code: u16) -> Volts {
 /// Speed from the encoder's edges in one slot of the sampling clock.
 #[must_use]
 pub fn speed(edges: i16, rate_hz: f32) -> RadPerSec {
-    RadPerSec(f32::from(edges) * (TAU / EDGES_PER_TURN * rate_hz))
+    RadPerSec(f32::from(edges) * speed_per_edge(rate_hz))
 }
 
 /// What the channels can credibly read: codes between the rails. A code at a rail (0 or 4095) says only that the pin is
@@ -94,6 +105,14 @@ mod tests {
             assert_eq!(rejected(0, 2048, rail), Some(Rejected::OutOfRange(Channel::ArmatureVoltage)));
         }
         assert_eq!(rejected(i16::MAX, 2048, 2048), Some(Rejected::OutOfRange(Channel::Speed)));
+    }
+
+    #[test]
+    fn a_step_of_each_channel_is_one_code_or_one_edge() {
+        let [speed_step, current_step, voltage_step] = converter_steps(1000.0);
+        assert!((speed(7, 1000.0).0 - speed(6, 1000.0).0 - speed_step).abs() < 1e-5);
+        assert!((current(3001).0 - current(3000).0 - current_step).abs() < 1e-5);
+        assert!((voltage(3001).0 - voltage(3000).0 - voltage_step).abs() < 1e-5);
     }
 
     #[test]

@@ -111,13 +111,13 @@ fn of_images(options: &Options, progress: &mut dyn FnMut(&str)) -> Result<Outcom
     let compiler = toolchain::compiler()?;
     let mut reports = Vec::new();
     for plan in IMAGES {
-        progress(&format!("building {}", plan.firmware.binary));
+        progress(&format!("building {}", plan.name));
         let elf = plan.firmware.build()?;
-        progress(&format!("auditing {}", plan.firmware.binary));
-        let audited = Audited::read(plan.firmware.binary, &elf)?;
+        progress(&format!("auditing {}", plan.name));
+        let audited = Audited::read(plan.name, &elf)?;
         reports.extend(image_audit::all(plan, &audited, &budgets, options.largest())?);
         if plan.flies {
-            progress(&format!("flying a mission with {}", plan.firmware.binary));
+            progress(&format!("flying a mission with {}", plan.name));
             reports.extend(beside_the_bound(&audited.name, &elf, &reports)?);
         }
     }

@@ -5,7 +5,9 @@ use crate::toolchain::Firmware;
 /// An image to audit.
 #[derive(Clone, Copy, Debug)]
 pub struct Plan {
-    /// How to build it. Its binary's name is its name in the budgets.
+    /// Its name in the budgets.
+    pub name: &'static str,
+    /// How to build it.
     pub firmware: Firmware<'static>,
     /// Functions that are entry points of their own, beside the vector table: calls whose stack has a limit by itself.
     pub entries: &'static [&'static str],
@@ -39,19 +41,24 @@ const GUARD: &[&str] = &["guard_new", "guard_step", "guard_skip", "guard_finish_
 /// All images that are audited. Adding a line here, and budgets for its figures, is all that a further image takes.
 pub const IMAGES: &[Plan] = &[
     Plan {
-        firmware: Firmware { profile: "firmware", ..Firmware::audited("footprint") },
         entries: CORE,
         code: Some(CodeOf { name: "core", calls: MONITOR }),
-        in_detail: false,
-        flies: false,
+        ..Plan::of(Firmware { profile: "firmware", ..Firmware::audited("footprint") })
     },
     Plan {
-        firmware: Firmware { profile: "firmware", ..Firmware::audited("footprint-guard") },
         entries: GUARD,
         code: Some(CodeOf { name: "guard", calls: GUARD }),
-        in_detail: false,
-        flies: false,
+        ..Plan::of(Firmware { profile: "firmware", ..Firmware::audited("footprint-guard") })
     },
-    Plan { firmware: Firmware::thruster("board-stm32f405"), entries: &[], code: None, in_detail: true, flies: false },
-    Plan { firmware: Firmware::emulated("qemu-mission"), entries: &[], code: None, in_detail: false, flies: true },
+    Plan { in_detail: true, ..Plan::of(Firmware::thruster("board-stm32f405")) },
+    Plan { name: "thruster-paper", in_detail: true, ..Plan::of(Firmware::thruster("board-stm32f405,paper")) },
+    Plan { flies: true, ..Plan::of(Firmware::emulated("qemu-mission")) },
+    Plan { flies: true, ..Plan::of(Firmware::emulated("qemu-guard")) },
 ];
+
+impl Plan {
+    /// An image by the name of its binary, of which nothing but the sums has budgets.
+    const fn of(firmware: Firmware<'static>) -> Self {
+        Plan { name: firmware.binary, firmware, entries: &[], code: None, in_detail: false, flies: false }
+    }
+}

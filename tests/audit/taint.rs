@@ -139,6 +139,7 @@ fn data_bytes(kernel: Kernel) -> u32 {
     match kernel {
         Kernel::Restart | Kernel::ClearWindow | Kernel::FinishLearning | Kernel::WindowEnd | Kernel::Step => 0,
         Kernel::GuardStep | Kernel::GuardFinishLearning | Kernel::GuardFinding => 0,
+        Kernel::GuardCopy | Kernel::GuardInstall => 0,
         Kernel::UpperNormal | Kernel::UpperChiSquare | Kernel::UpperF | Kernel::T2Limit => 0,
         Kernel::FilteredLimit | Kernel::SmoothedLimit => 0,
         Kernel::FirstOrder | Kernel::CompensatedFilter | Kernel::CompensatedFirstOrder | Kernel::MovingAverage => 4,

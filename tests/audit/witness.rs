@@ -50,7 +50,7 @@ fn mission_stream() -> Result<Vec<u32>, String> {
     let mut slots: Vec<Arrival> = Plant::new(&Scenario::figure_1(), 1)
         .map(|measured| Arrival::sample(RadPerSec(measured.set_point as f32), mission::sample(&measured)))
         .collect();
-    let requests = [Request::Contributions, Request::Statistics, Request::Verdict].into_iter().cycle();
+    let requests = [Request::ByChannel, Request::Statistics, Request::Verdict].into_iter().cycle();
     for (slot, request) in slots.iter_mut().skip(10_000).step_by(5_000).zip(requests) {
         slot.request = Some(request);
     }

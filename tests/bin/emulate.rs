@@ -23,11 +23,14 @@ struct Arguments {
     /// Emulated core.
     #[arg(long, value_enum, default_value_t = Core::M4)]
     core: Core,
+    /// Mode of the monitor.
+    #[arg(long, value_enum, default_value_t = Mode::Guard)]
+    mode: Mode,
     /// Seed of the sensors' noise.
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// A firmware that is built already, instead of building it.
-    #[arg(long, value_name = "ELF")]
+    #[arg(long, value_name = "ELF", conflicts_with = "mode")]
     firmware: Option<PathBuf>,
     /// Directory that keeps what board and host exchange: mission.in and mission.out.
     #[arg(long, value_name = "DIRECTORY")]
@@ -35,7 +38,7 @@ struct Arguments {
 }
 
 const EXAMPLES: &str =
-    "Examples:\n  cargo emulate\n  cargo emulate --core m7 --seed 7\n  cargo emulate --keep exchanged";
+    "Examples:\n  cargo emulate\n  cargo emulate --mode paper --core m7 --seed 7\n  cargo emulate --keep exchanged";
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Core {
@@ -43,6 +46,14 @@ enum Core {
     M4,
     /// Cortex-M7, QEMU's mps2-an500.
     M7,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Mode {
+    /// Limits that set themselves; faults by name and size.
+    Guard,
+    /// The method of the paper.
+    Paper,
 }
 
 fn main() -> ExitCode {
@@ -86,7 +97,13 @@ fn prepare(arguments: &Arguments) -> Result<(PathBuf, Desk), String> {
     let elf = match &arguments.firmware {
         // The emulator runs in another directory.
         Some(elf) => std::path::absolute(elf).map_err(|error| format!("{}: {error}", elf.display()))?,
-        None => Firmware::emulated("qemu-mission").build()?,
+        None => {
+            let binary = match arguments.mode {
+                Mode::Guard => "qemu-guard",
+                Mode::Paper => "qemu-mission",
+            };
+            Firmware::emulated(binary).build()?
+        }
     };
     let desk = desk(arguments.keep.as_deref()).map_err(|error| format!("the directory cannot be made: {error}"))?;
     let place = desk.path().join("mission.in");

@@ -1,6 +1,7 @@
 //! What is built of `firmware-stub`, for which board, and how it is linked.
 
 use std::env;
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
 use super::{TARGET, Toolchain, clean, find, run, workspace};
@@ -66,17 +67,33 @@ impl<'a> Firmware<'a> {
         Firmware { features: "audit", link, guarded: false, ..Self::emulated(binary) }
     }
 
-    /// Builds it; returns the ELF file.
+    /// Builds it; returns the ELF file, which no build with other features writes to.
     ///
     /// # Errors
     /// What is missing or went wrong, and what helps.
     pub fn build(&self) -> Result<PathBuf, String> {
-        self.cargo("rustc", &self.link.iter().map(|argument| format!("-Clink-arg={argument}")).collect::<Vec<_>>())?;
-        let place = match self.unit {
-            Unit::Example => "examples",
-            Unit::Binary | Unit::Library => ".",
-        };
-        Ok(directory().join(self.target).join(self.profile).join(place).join(self.binary))
+        let link: Vec<String> = self.link.iter().map(|argument| format!("-Clink-arg={argument}")).collect();
+        // Cargo links a binary to one path whatever its features are, so the next build of it waits until this one is copied.
+        let _turn = turn()?;
+        self.cargo("rustc", &link)?;
+        let linked = directory().join(self.target).join(self.profile);
+        match self.unit {
+            Unit::Binary => self.copied(&linked.join(self.binary)),
+            Unit::Example => self.copied(&linked.join("examples").join(self.binary)),
+            Unit::Library => Ok(linked),
+        }
+    }
+
+    /// Copies what was linked to a path that carries its features.
+    fn copied(&self, elf: &Path) -> Result<PathBuf, String> {
+        let place = directory().join("images").join(self.target).join(self.profile);
+        let name = format!("{}+{}", self.binary, self.features.replace(',', "+"));
+        let (copy, growing) = (place.join(&name), place.join(name + ".part"));
+        // Renamed when it is whole: a test may be reading the one before.
+        let copied = fs::create_dir_all(&place).and_then(|()| fs::copy(elf, &growing));
+        let copied = copied.and_then(|_| fs::rename(&growing, &copy));
+        copied.map_err(|error| format!("{} cannot be copied to {}: {error}", elf.display(), copy.display()))?;
+        Ok(copy)
     }
 
     /// Lints it, warnings denied.
@@ -134,6 +151,14 @@ fn directory() -> PathBuf {
     workspace().join("target/firmware")
 }
 
+/// Waits for the turn to build, of all threads and processes; it ends when the file is dropped.
+fn turn() -> Result<File, String> {
+    let place = directory().join("build.lock");
+    let taken = fs::create_dir_all(directory()).and_then(|()| File::create(&place));
+    let taken = taken.and_then(|file| file.lock().map(|()| file));
+    taken.map_err(|error| format!("{} cannot be locked: {error}", place.display()))
+}
+
 /// Where `flip-link` finds the linker by the one name it knows.
 fn linkers() -> PathBuf {
     directory().join("linker")
@@ -157,10 +182,10 @@ fn flip_link(toolchain: &Toolchain) -> Result<PathBuf, String> {
         "flip-link is missing, which puts the stack where an overflow faults: run `cargo install flip-link --locked`",
     )?;
     let link = linkers().join("rust-lld");
-    std::fs::create_dir_all(linkers()).map_err(|error| error.to_string())?;
-    if std::fs::read_link(&link).ok().as_deref() != Some(toolchain.linker.as_path()) {
+    fs::create_dir_all(linkers()).map_err(|error| error.to_string())?;
+    if fs::read_link(&link).ok().as_deref() != Some(toolchain.linker.as_path()) {
         // Two tests may get here at once; either leaves the same link.
-        let _ = std::fs::remove_file(&link);
+        let _ = fs::remove_file(&link);
         let _ = std::os::unix::fs::symlink(&toolchain.linker, &link);
     }
     Ok(found)

@@ -1,39 +1,48 @@
-//! What the examples sample: a motor at 300 rad/s whose speed sensor begins to drift after 3 s.
+//! What the examples sample: a motor at 300 rad/s whose speed sensor begins to drift once it has been learned.
 
-use firmware_stub::Reading;
-use firmware_stub::sampling::Note;
-use monitor_core::paper::event::EventKind;
-use monitor_core::paper::{Config, Diagnosis, Fault};
-use monitor_core::sample::{Bank, PerPair, Sample};
+use firmware_stub::background::Named;
+use firmware_stub::{Guarded, Reading, settings};
+use monitor_core::guard::{Cause, Config, ConfigError, Finding, Monitor};
+use monitor_core::sample::Sample;
 use monitor_core::units::{Amperes, RadPerSec, Volts};
 
 /// Rate of the sampling interrupt, Hz.
 pub(crate) const RATE_HZ: u32 = 1000;
 /// The set point of the motor.
 pub(crate) const SET_POINT: RadPerSec = RadPerSec(300.0);
+/// The slot with which the drift begins: half a second after the learning window.
+const DRIFTS_FROM: u32 = 3500;
 /// Slots after which the fault must have been named.
-pub(crate) const SLOTS: u32 = 4000;
+pub(crate) const SLOTS: u32 = 5500;
+/// The watchdog stops the run when it was not fed for so long, ms.
+pub(crate) const WATCHDOG_MS: u32 = settings::WATCHDOG_MS;
 
-/// Settings for that motor.
-pub(crate) fn config() -> Config {
-    let pairs = PerPair { speed_current: 2.0, current_voltage: 2.0, speed_voltage: 2.0 };
-    Config { settle_s: 0.5, learn_s: 1.0, ..Config::paper(RATE_HZ as f32, Bank { full: 2.0, pairs }) }
+/// A monitor of that motor, with times as short as they may be.
+pub(crate) fn guarded() -> Result<Guarded, ConfigError> {
+    let config = Config { settle_s: 0.5, seed_s: 0.25, learn_s: 2.0, ..Config::at_rate(RATE_HZ as f32) };
+    Ok(Guarded::new(Monitor::new(&config)?, settings::motor_constants()))
 }
 
 /// What a board's converters and timer would give in slot `k`.
 pub(crate) fn reading(k: u32) -> Reading {
-    let wobble = |period: u32| (k % period) as f32 / period as f32 - 0.5;
-    let drift = if k >= 3000 { 5.0 } else { 0.0 };
+    let drift = if k >= DRIFTS_FROM { 5.0 } else { 0.0 };
     Reading::Taken(Sample {
-        speed: RadPerSec(300.0 + 0.2 * wobble(7)),
-        armature_current: Amperes(2.0 + 0.02 * wobble(11)),
+        speed: RadPerSec(300.0 + 0.2 * noise(k, 1)),
+        armature_current: Amperes(2.0 + 0.02 * noise(k, 2)),
         // The speed loop holds the reading, so the drift shows in the voltage: 30.2 mV per rad/s.
-        armature_voltage: Volts(9.7 + 0.02 * wobble(13) - 0.0302 * drift),
+        armature_voltage: Volts(9.7 + 0.02 * noise(k, 3) - 0.0302 * drift),
     })
 }
 
-/// Whether a note names the fault.
-pub(crate) fn names_the_fault(note: &Note) -> bool {
-    let speed_sensor = EventKind::Located(Diagnosis::Fault(Fault::SpeedSensor));
-    matches!(note, Note::Event { event, .. } if event.kind == speed_sensor && event.sample >= 3000)
+/// White noise between -0.5 and 0.5: the bits of slot and channel, well mixed (the finalizer of MurmurHash3).
+fn noise(k: u32, channel: u32) -> f32 {
+    let mixed = (k ^ channel << 28).wrapping_mul(0x85eb_ca6b);
+    let mixed = (mixed ^ mixed >> 13).wrapping_mul(0xc2b2_ae35);
+    (mixed ^ mixed >> 16) as f32 / u32::MAX as f32 - 0.5
+}
+
+/// Whether a name is that of the fault.
+pub(crate) fn is_the_fault(named: &Named<Finding>) -> bool {
+    let of_sensor = matches!(&named.finding, Finding::Fault(found) if found.cause == Cause::SpeedSensor);
+    of_sensor && named.since.is_some_and(|since| since >= u64::from(DRIFTS_FROM))
 }

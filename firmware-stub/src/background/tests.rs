@@ -1,6 +1,7 @@
 use super::*;
 
-use monitor_core::paper::event::EventKind;
+use heapless::spsc::Queue;
+use monitor_core::paper::event::{Event, EventKind};
 use monitor_core::paper::verdict::Rejected;
 use monitor_core::paper::{Config, Diagnosis, Fault, Monitor, Phase};
 use monitor_core::sample::Absence;
@@ -11,16 +12,20 @@ extern crate std;
 use std::vec::Vec;
 
 use crate::deadline::Slot;
-use crate::sampling::{Notes, Reading};
+use crate::mode::Paper;
+use crate::mode::paper::News;
+use crate::sampling::{Note, Notes, Reading};
+
+mod guarded;
 
 const SET_POINT: RadPerSec = RadPerSec(300.0);
 const IN_TIME: Slot = Slot { lost: 0, late: false };
 
 /// A board whose interrupt is a call.
-struct Bench<'q>(Sampling<'q>);
+struct Bench<'q, M: Mode>(Sampling<'q, M>);
 
-impl<'q> Shared<'q> for Bench<'q> {
-    fn with<R>(&mut self, f: impl FnOnce(&mut Sampling<'q>) -> R) -> R {
+impl<'q, M: Mode> Shared<'q, M> for Bench<'q, M> {
+    fn with<R>(&mut self, f: impl FnOnce(&mut Sampling<'q, M>) -> R) -> R {
         f(&mut self.0)
     }
 }
@@ -31,10 +36,13 @@ fn config() -> Config {
     Config { settle_s: 0.01, learn_s: 0.1, cutoff_hz: 20.0, ..Config::paper(1000.0, Bank { full: 3.0, pairs }) }
 }
 
-fn board(queue: &mut Notes) -> (Bench<'_>, Background<'_>) {
+fn board(queue: &mut Notes<Paper>) -> (Bench<'_, Paper>, Background<'_, Paper>) {
+    wired(Paper::new(Monitor::new(&config()).unwrap()), queue)
+}
+
+fn wired<M: Mode>(mode: M, queue: &mut Notes<M>) -> (Bench<'_, M>, Background<'_, M>) {
     let (notes, heard) = queue.split();
-    let sampling = Sampling::new(Monitor::new(&config()).unwrap(), notes);
-    (Bench(sampling), Background::new(heard, config().explained_share))
+    (Bench(Sampling::new(mode, notes)), Background::new(heard))
 }
 
 /// Reading number `k` of a motor whose readings wobble; `drift` of the speed sensor shows in the voltage.
@@ -48,11 +56,11 @@ fn reading(k: u32, drift: f32) -> Reading {
 }
 
 /// Runs slots `range` as interrupts, with the main loop's turn after each. Returns the notes.
-fn run<'q>(
-    (bench, background): (&mut Bench<'q>, &mut Background<'q>),
+fn run<'q, M: Mode>(
+    (bench, background): (&mut Bench<'q, M>, &mut Background<'q, M>),
     range: core::ops::Range<u32>,
     drift: f32,
-) -> Vec<Note> {
+) -> Vec<NoteOf<M>> {
     let mut notes = Vec::new();
     for k in range {
         bench.0.on_interrupt(IN_TIME, SET_POINT, || reading(k, drift), |_| {});
@@ -62,15 +70,16 @@ fn run<'q>(
     notes
 }
 
+fn events(notes: &[NoteOf<Paper>]) -> impl Iterator<Item = &News> {
+    notes.iter().filter_map(|note| if let Note::News(news) = note { Some(news) } else { None })
+}
+
 #[test]
 fn a_drifting_sensor_is_learned_about_judged_named_and_drives_the_fault_output() {
-    let mut queue = Notes::new();
+    let mut queue = Queue::new();
     let (mut bench, mut background) = board(&mut queue);
     let healthy = run((&mut bench, &mut background), 0..400, 0.0);
-    let phases = healthy.iter().filter_map(|note| match note {
-        Note::Event { event, .. } => Some(event.kind),
-        _ => None,
-    });
+    let phases = events(&healthy).map(|news| news.event.kind);
     let expected = [
         Phase::Settling(monitor_core::paper::verdict::Settling::Start),
         Phase::Learning,
@@ -80,16 +89,10 @@ fn a_drifting_sensor_is_learned_about_judged_named_and_drives_the_fault_output()
     assert!(phases.eq(expected.map(EventKind::Phase)), "{healthy:?}");
 
     let faulty = run((&mut bench, &mut background), 400..800, 5.0);
-    let located = faulty.iter().rev().find_map(|note| match note {
-        Note::Event { event, residual, alarm_since } => match event.kind {
-            EventKind::Located(diagnosis) => Some((diagnosis, *residual, *alarm_since)),
-            _ => None,
-        },
-        _ => None,
-    });
-    let (diagnosis, residual, since) = located.unwrap();
-    assert_eq!(diagnosis, Diagnosis::Fault(Fault::SpeedSensor));
-    assert!(residual > 3.0 && since.is_some_and(|since| (400..420).contains(&since)));
+    let located = events(&faulty).filter(|news| matches!(news.event.kind, EventKind::Located(_))).last().unwrap();
+    assert_eq!(located.event.kind, EventKind::Located(Diagnosis::Fault(Fault::SpeedSensor)));
+    assert!(located.residual > 3.0 && located.alarm_since.is_some_and(|since| (400..420).contains(&since)));
+    assert_eq!(located.limit, 3.0);
     let mut output = false;
     bench.0.on_interrupt(IN_TIME, SET_POINT, || reading(800, 5.0), |fault| output = fault);
     assert!(output);
@@ -97,16 +100,16 @@ fn a_drifting_sensor_is_learned_about_judged_named_and_drives_the_fault_output()
 
 #[test]
 fn a_full_queue_keeps_the_oldest_notes_and_counts_what_it_dropped() {
-    let mut queue = Notes::new();
+    let mut queue = Queue::new();
     let (mut bench, mut background) = board(&mut queue);
-    let absent = |bench: &mut Bench<'_>, k: u32| {
+    let absent = |bench: &mut Bench<'_, Paper>, k: u32| {
         let slot = Slot { lost: 0, late: k.is_multiple_of(2) };
         bench.0.on_interrupt(slot, SET_POINT, || reading(k, 0.0), |_| {});
     };
     (0..40).for_each(|k| absent(&mut bench, k));
-    let kept: Vec<Note> = core::iter::from_fn(|| background.next_note()).collect();
+    let kept: Vec<NoteOf<Paper>> = core::iter::from_fn(|| background.next_note()).collect();
     let why = Rejected::Absent(Absence::Late);
-    assert_eq!(kept.first(), Some(&Note::Rejecting { sample: 0, why }), "{kept:?}");
+    assert!(kept[..2].contains(&Note::Rejecting { sample: 0, why }), "{kept:?}");
     // The queue has 32 places, of which one stays free. Each slot but those of the same reason has a note; one tells that
     // the monitor settles, one that it learns.
     assert_eq!(kept.len(), 31);
@@ -115,14 +118,14 @@ fn a_full_queue_keeps_the_oldest_notes_and_counts_what_it_dropped() {
 
 #[test]
 fn lost_and_late_slots_are_verdicts_of_their_own_and_no_late_slot_is_read() {
-    let mut queue = Notes::new();
+    let mut queue = Queue::new();
     let (mut bench, mut background) = board(&mut queue);
     run((&mut bench, &mut background), 0..300, 0.0);
     let verdict = *bench.0.on_interrupt(Slot { lost: 3, late: true }, SET_POINT, || panic!("too late to read"), |_| {});
     assert_eq!(verdict.sample(), 303);
     assert_eq!(verdict.rejected(), Some(Rejected::Absent(Absence::Late)));
     let (missing, late) = (Rejected::Absent(Absence::Missing), Rejected::Absent(Absence::Late));
-    let notes: Vec<Note> = core::iter::from_fn(|| background.next_note()).collect();
+    let notes: Vec<NoteOf<Paper>> = core::iter::from_fn(|| background.next_note()).collect();
     assert_eq!(notes, [Note::Rejecting { sample: 300, why: missing }, Note::Rejecting { sample: 303, why: late }]);
     let notes = run((&mut bench, &mut background), 304..305, 0.0);
     assert_eq!(notes, [Note::Accepting { sample: 304, after: 4 }]);
@@ -132,7 +135,7 @@ fn lost_and_late_slots_are_verdicts_of_their_own_and_no_late_slot_is_read() {
 
 #[test]
 fn slots_are_counted_from_none_on() {
-    let mut queue = Notes::new();
+    let mut queue = Queue::new();
     let (mut bench, _) = board(&mut queue);
     assert_eq!(bench.0.slots(), 0);
     bench.0.on_interrupt(Slot { lost: 2, late: false }, SET_POINT, || reading(0, 0.0), |_| {});
@@ -141,7 +144,7 @@ fn slots_are_counted_from_none_on() {
 
 #[test]
 fn an_overrun_is_counted_and_told_of_with_its_slot() {
-    let mut queue = Notes::new();
+    let mut queue = Queue::new();
     let (mut bench, mut background) = board(&mut queue);
     run((&mut bench, &mut background), 0..5, 0.0);
     bench.0.overran();
@@ -152,9 +155,9 @@ fn an_overrun_is_counted_and_told_of_with_its_slot() {
 #[test]
 fn a_model_of_a_set_point_that_has_changed_meanwhile_is_thrown_away_and_counted() {
     /// A board whose set point moves between the two critical sections of learning.
-    struct Moving<'q>(Bench<'q>, u32);
-    impl<'q> Shared<'q> for Moving<'q> {
-        fn with<R>(&mut self, f: impl FnOnce(&mut Sampling<'q>) -> R) -> R {
+    struct Moving<'q>(Bench<'q, Paper>, u32);
+    impl<'q> Shared<'q, Paper> for Moving<'q> {
+        fn with<R>(&mut self, f: impl FnOnce(&mut Sampling<'q, Paper>) -> R) -> R {
             self.1 += 1;
             if self.1 == 2 {
                 self.0.0.on_interrupt(IN_TIME, RadPerSec(200.0), || reading(0, 0.0), |_| {});
@@ -162,9 +165,9 @@ fn a_model_of_a_set_point_that_has_changed_meanwhile_is_thrown_away_and_counted(
             f(&mut self.0.0)
         }
     }
-    let mut queue = Notes::new();
+    let mut queue = Queue::new();
     let (mut bench, mut background) = board(&mut queue);
-    while bench.0.learned_window().is_none() {
+    while bench.0.mode().learned_window().is_none() {
         let k = bench.0.slots() as u32;
         bench.0.on_interrupt(IN_TIME, SET_POINT, || reading(k, 0.0), |_| {});
     }
@@ -176,7 +179,7 @@ fn a_model_of_a_set_point_that_has_changed_meanwhile_is_thrown_away_and_counted(
 
 #[test]
 fn a_window_that_cannot_be_learned_from_is_refused_and_told_of() {
-    let mut queue = Notes::new();
+    let mut queue = Queue::new();
     let (mut bench, mut background) = board(&mut queue);
     let mut refused = None;
     for _ in 0..200 {
@@ -185,33 +188,32 @@ fn a_window_that_cannot_be_learned_from_is_refused_and_told_of() {
     }
     assert!(matches!(refused, Some(Learned::Refused(LearnError::ConstantChannel(_)))), "{refused:?}");
     let told = core::iter::from_fn(|| background.next_note())
-        .any(|note| matches!(note, Note::Event { event, .. } if matches!(event.kind, EventKind::LearningRefused(_))));
+        .any(|note| matches!(note, Note::News(News { event: Event { kind: EventKind::LearningRefused(_), .. }, .. })));
     assert!(told);
 }
 
 #[test]
 fn requests_are_answered_from_the_state_of_the_last_slot() {
-    let mut queue = Notes::new();
+    let mut queue = Queue::new();
     let (mut bench, mut background) = board(&mut queue);
-    let Answer::Contributions(none) = background.answer(Request::Contributions, &mut bench) else { panic!() };
+    let Answer::ByChannel(none) = background.answer(Request::ByChannel, &mut bench) else { panic!() };
     assert_eq!(none, None, "nothing is learned yet");
     run((&mut bench, &mut background), 0..400, 0.0);
     bench.0.on_interrupt(IN_TIME, SET_POINT, || reading(400, 5.0), |_| {});
-    let Answer::Contributions(Some([speed, current, voltage])) = background.answer(Request::Contributions, &mut bench)
-    else {
+    let Answer::ByChannel(Some([speed, current, voltage])) = background.answer(Request::ByChannel, &mut bench) else {
         panic!()
     };
     assert!(voltage > 100.0 * (speed + current), "the drift shows in the voltage: {speed} {current} {voltage}");
     let Answer::Statistics(state) = background.answer(Request::Statistics, &mut bench) else { panic!() };
-    let [mean, ..] = state.baseline.unwrap().mean();
+    let [mean, ..] = state.mode.monitor().baseline().unwrap().mean();
     assert!((mean - 300.0).abs() < 0.1);
-    let Answer::Verdict(state) = background.answer(Request::Verdict, &mut bench) else { panic!() };
-    assert_eq!(state.verdict.sample(), 400);
+    let Answer::Verdict(state, _) = background.answer(Request::Verdict, &mut bench) else { panic!() };
+    assert_eq!(state.mode.slot(), 400);
 }
 
 #[test]
 fn the_sampling_interrupt_counts_as_alive_only_while_slots_go_by() {
-    let mut queue = Notes::new();
+    let mut queue = Queue::new();
     let (mut bench, mut background) = board(&mut queue);
     run((&mut bench, &mut background), 0..2, 0.0);
     assert!(background.sampling_is_alive(&mut bench));

@@ -1,62 +1,46 @@
-//! The emulated board in `guard` mode: reads a stream of slots from the host's file `mission.in`, judges each, writes what it
-//! says to `mission.out`, and logs alarms and names.
+//! The emulated board in `guard` mode: reads a stream of slots from the host's file `mission.in`, takes each through the
+//! sampling interrupt, and writes what the monitor then knows to `mission.out`.
 //!
-//! Slots are taken one after the other, without an interrupt: what is compared with the host is what the monitor says.
+//! Everything that computes is `monitor-core`; this is wiring.
 
 #![no_std]
 #![no_main]
 
-use cortex_m_rt::entry;
+use cortex_m_rt::{entry, exception};
+use firmware_stub::Guarded;
 use firmware_stub::board::exchange::{Exchange, Refusal, leave_after};
-use firmware_stub::board::qemu::Watchdog;
-use firmware_stub::guarded::Guarded;
-use firmware_stub::record::{Arrival, Kind};
+use firmware_stub::board::qemu::{Flight, Interrupt, Watchdog};
+use firmware_stub::record::{Kind, guarded_to_words};
+use firmware_stub::sampling::Notes;
 use firmware_stub::settings::{guard_config, motor_constants};
-use monitor_core::guard::Finding;
+use heapless::spsc::Queue;
+use monitor_core::guard::Monitor;
+
+static INTERRUPT: Interrupt<Guarded> = Interrupt::new();
 
 #[entry]
 fn main() -> ! {
     leave_after(fly)
 }
 
+/// Flies what the host sends.
 fn fly(watchdog: &mut Watchdog) -> Result<(), Refusal> {
     let exchange = Exchange::open()?;
     if exchange.header.kind != Kind::Mission {
         return Err(b"error: the stream is not one of slots\n\0");
     }
-    let config = guard_config(exchange.header.config.sample_rate_hz);
-    let mut guarded =
-        Guarded::new(&config, motor_constants()).map_err(|_| &b"error: the monitor refuses its settings\n\0"[..])?;
-    let mut log = Log::default();
+    let refused = &b"error: the monitor refuses its settings\n\0"[..];
+    let rate_hz = exchange.header.config.sample_rate_hz;
+    let monitor = Monitor::new(&guard_config(rate_hz)).map_err(|_| refused)?;
+    let queue = cortex_m::singleton!(: Notes<Guarded> = Queue::new()).ok_or(refused)?;
+    let mut flight = Flight::new(&INTERRUPT, Guarded::new(monitor, motor_constants()), queue, rate_hz);
     exchange.answer(|words| {
         watchdog.feed();
-        let arrival = Arrival::from_words(words).ok_or(&b"error: a record of the stream is not a slot\n\0"[..])?;
-        let answer = guarded.turn(&arrival);
-        log.slot(&guarded, config.sample_rate_hz);
-        Ok(answer)
+        flight.turn(words, guarded_to_words)
     })
 }
 
-/// What has been logged.
-#[derive(Default)]
-struct Log {
-    alarm: bool,
-    named: bool,
-}
-
-impl Log {
-    /// Logs what has changed with a slot.
-    fn slot(&mut self, guarded: &Guarded, rate_hz: f32) {
-        let verdict = guarded.guard().verdict();
-        let seconds = verdict.sample() as f32 / rate_hz;
-        if verdict.alarm() != self.alarm {
-            self.alarm = verdict.alarm();
-            self.named = false;
-            defmt::println!("{=f32} s: alarm {=bool}, {}", seconds, self.alarm, verdict);
-        }
-        if let (false, Finding::Fault(found)) = (self.named, guarded.found()) {
-            self.named = true;
-            defmt::println!("{=f32} s: {}", seconds, found);
-        }
-    }
+#[exception]
+fn PendSV() {
+    INTERRUPT.sample();
 }

@@ -1,6 +1,7 @@
-//! The thruster controller's firmware: the monitor under RTIC on an STM32F405.
+//! The thruster controller's firmware: the monitor under RTIC on an STM32F405, in `guard` mode, or in `paper` mode with the
+//! feature `paper`.
 //!
-//! TIM2 samples at 1 kHz above everything else; USART3 takes requests; idle logs, learns, answers, and feeds the watchdog
+//! TIM2 samples at 1 kHz; USART3 takes the bytes of requests; idle learns, logs, asks for names, answers, and feeds the watchdog
 //! while the sampling interrupt is alive. Everything that computes is `monitor-core`; this is wiring.
 
 #![no_std]
@@ -18,10 +19,9 @@ mod app {
     use firmware_stub::report::{self, Report};
     use firmware_stub::request::Requests;
     use firmware_stub::sampling::{Notes, Reading, Sampling};
-    use firmware_stub::settings::{SAMPLE_RATE_HZ, default_motor};
+    use firmware_stub::settings::{Flown, SAMPLE_RATE_HZ, WATCHDOG_MS, flown};
     use firmware_stub::{board, scale};
     use heapless::spsc::{Consumer, Producer, Queue};
-    use monitor_core::paper::Monitor;
     use monitor_core::sample::Absence;
     use monitor_core::units::RadPerSec;
     use monitor_core::{Ranges, Sample};
@@ -32,12 +32,10 @@ mod app {
     const BYTES: usize = 16;
     /// Ticks in one slot; a reading in its second half is late.
     const PERIOD: u32 = SamplingTimer::period(SAMPLE_RATE_HZ);
-    /// The watchdog resets the chip when it was not fed for so long: a hundred slots.
-    const WATCHDOG_MS: u32 = 100 * 1000 / SAMPLE_RATE_HZ;
 
     #[shared]
     struct Shared {
-        sampling: Sampling<'static>,
+        sampling: Sampling<'static, Flown>,
         set_point: RadPerSec,
     }
 
@@ -53,12 +51,12 @@ mod app {
         line: SerialLine,
         sent: Producer<'static, u8, BYTES>,
         received: Consumer<'static, u8, BYTES>,
-        background: Background<'static>,
-        report: Report,
+        background: Background<'static, Flown>,
+        report: Report<Flown>,
         watchdog: IndependentWatchdog,
     }
 
-    #[init(local = [notes: Notes = Notes::new(), bytes: Queue<u8, BYTES> = Queue::new()])]
+    #[init(local = [notes: Notes<Flown> = Queue::new(), bytes: Queue<u8, BYTES> = Queue::new()])]
     fn init(cx: init::Context) -> (Shared, Local) {
         let chip = cx.device;
         stm32f405::start_clocks(&chip.RCC, &chip.FLASH);
@@ -72,8 +70,7 @@ mod app {
         let _line = (b.pb10.into_alternate::<7>(), b.pb11.into_alternate::<7>());
         let _analogue = (c.pc0.into_analog(), c.pc1.into_analog());
 
-        let config = default_motor();
-        let (Ok(monitor), Ok(ranges)) = (Monitor::new(&config), scale::ranges()) else { board::stop(Reason::Settings) };
+        let (Ok(monitor), Ok(ranges)) = (flown(), scale::ranges()) else { board::stop(Reason::Settings) };
         let (notes, heard) = cx.local.notes.split();
         let (sent, received) = cx.local.bytes.split();
         let mut watchdog = IndependentWatchdog::new(chip.IWDG);
@@ -88,8 +85,8 @@ mod app {
             line: SerialLine::start(chip.USART3),
             sent,
             received,
-            background: Background::new(heard, config.explained_share),
-            report: Report::new(&config),
+            background: Background::new(heard),
+            report: Report::new(SAMPLE_RATE_HZ),
             watchdog,
             deadline: Deadline::new(PERIOD, PERIOD / 2),
             timer: SamplingTimer::start(chip.TIM2, SAMPLE_RATE_HZ),
@@ -119,8 +116,9 @@ mod app {
         });
     }
 
-    /// A byte of a request. One that finds the queue full is lost, and whoever sent it asks again.
-    #[task(binds = USART3, priority = 2, local = [line, sent])]
+    /// A byte of a request. One that finds the queue full is lost, and whoever sent it asks again. Above the sampling interrupt, and
+    /// so above whoever holds that off: a byte must be fetched within 1,389 cycles at 16 MHz, and copying the monitor takes longer.
+    #[task(binds = USART3, priority = 4, local = [line, sent])]
     fn request(cx: request::Context) {
         if let Some(byte) = cx.local.line.byte() {
             let _ = cx.local.sent.enqueue(byte);
@@ -139,13 +137,16 @@ mod app {
             while let Some(note) = background.next_note() {
                 report.note(note);
             }
+            if let Some(named) = background.name(&mut sampling) {
+                report.named(&named);
+            }
             while let Some(request) = received.dequeue().map(|byte| requests.byte(byte)) {
                 let Some(request) = request else { continue };
                 let answer = background.answer(request, &mut sampling);
                 if let Answer::SetPoint(new) = answer {
                     set_point.lock(|set_point| *set_point = new);
                 }
-                report.answer(answer);
+                report.answer(&answer);
             }
             if background.sampling_is_alive(&mut sampling) {
                 watchdog.feed();
@@ -157,8 +158,8 @@ mod app {
     /// RTIC's lock as the main loop's access to what the interrupt owns.
     struct Locked<M>(M);
 
-    impl<M: rtic::Mutex<T = Sampling<'static>>> firmware_stub::Shared<'static> for Locked<M> {
-        fn with<R>(&mut self, f: impl FnOnce(&mut Sampling<'static>) -> R) -> R {
+    impl<M: rtic::Mutex<T = Sampling<'static, Flown>>> firmware_stub::Shared<'static, Flown> for Locked<M> {
+        fn with<R>(&mut self, f: impl FnOnce(&mut Sampling<'static, Flown>) -> R) -> R {
             self.0.lock(f)
         }
     }

@@ -55,10 +55,11 @@ impl Exchange {
         Ok(Exchange { input, output, header })
     }
 
-    /// Answers each record with one.
+    /// Answers each record with one. Its buffers are on the stack, and not beside those of another kind of records.
     ///
     /// # Errors
     /// A sentence for the host: its stream is not as announced, or the answer is refused.
+    #[inline(never)]
     pub fn answer<const I: usize, const O: usize>(
         &self,
         mut answer: impl FnMut([u32; I]) -> Answered<O>,

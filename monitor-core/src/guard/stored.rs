@@ -76,17 +76,19 @@ impl Stored {
     pub(super) fn of(design: &Design, set_point: f32, known: &Known) -> Self {
         let mut bytes = [0; Self::BYTES];
         let (body, checksum) = bytes.split_at_mut(Self::BYTES - 4);
-        let mut cells = body.chunks_exact_mut(4);
+        // Cells of a known length: slices that are copied into one another bring a panic into a board's image.
+        let mut cells = body.as_chunks_mut().0.iter_mut();
         let mut put = |word: u32| {
             if let Some(cell) = cells.next() {
-                cell.copy_from_slice(&word.to_le_bytes());
+                *cell = word.to_le_bytes();
             }
         };
         put(FORMAT);
         settings(design).into_iter().chain([set_point]).for_each(|number| put(number.to_bits()));
         let mut known = *known;
         known.each_number(&mut |number| put(number.to_bits()));
-        checksum.copy_from_slice(&crc_32(body).to_le_bytes());
+        let check = crc_32(body).to_le_bytes();
+        checksum.iter_mut().zip(check).for_each(|(byte, check)| *byte = check);
         Stored(bytes)
     }
 

@@ -364,6 +364,12 @@ impl<S: Smoother> Monitor<S> {
         self.refused
     }
 
+    /// The share of variance that a model must explain; what [`Baseline::learn`] asks for.
+    #[must_use]
+    pub const fn explained_share(&self) -> ExplainedShare {
+        self.share
+    }
+
     /// The threshold of each residual's relay.
     #[must_use]
     pub fn thresholds(&self) -> Bank<f32> {

@@ -23,6 +23,11 @@ pub const GUARD_WINDOW_END: &str = "guard_window_end";
 /// `Monitor::finding`.
 pub const GUARD_FINDING: &str = "guard_finding";
 
+/// A copy of the monitor.
+const GUARD_COPY: &str = "guard_copy";
+/// `Monitor::install`.
+const GUARD_INSTALL: &str = "guard_install";
+
 /// Slots of a period, and how many of them have a turn: each of four scales two, the mean, and the trend.
 const PERIOD: u64 = 64;
 const TURNS: u64 = 10;
@@ -34,7 +39,7 @@ const QUIET: usize = 400;
 #[must_use]
 pub fn guard(episodes: usize, judged: usize) -> Vec<Question> {
     let Ok(guard) = Monitor::new(&given::config()) else { return Vec::new() };
-    let mut flight = Flight { guard, last: Verdict::default(), seeding: 0, questions: Vec::new() };
+    let mut flight = Flight { guard, last: Verdict::default(), seeding: 0, beside: 0, questions: Vec::new() };
     let mut samples = kernels::healthy(23);
     let mut next = || samples.next().unwrap_or_default();
     let mut odd = Odd::default();
@@ -48,10 +53,11 @@ pub fn guard(episodes: usize, judged: usize) -> Vec<Question> {
         while !matches!(flight.last.phase(), Phase::Monitoring | Phase::Withheld) {
             // Few outliers, or the window is refused.
             let [a, b, c] = next();
-            let spiked = flight.questions.len() % 41 == 40;
+            let spiked = (flight.questions.len() - flight.beside) % 41 == 40;
             flight.step(set_point, if spiked { [odd.unfit(), b, c] } else { [a, b, c] });
             if flight.last.phase() == Phase::ModelDue {
                 flight.step(set_point, next());
+                flight.install();
                 flight.finish_learning();
             }
         }
@@ -62,6 +68,9 @@ pub fn guard(episodes: usize, judged: usize) -> Vec<Question> {
             flight.step(set_point, x);
             if slot % 9 == 0 {
                 flight.finding();
+            }
+            if slot % 300 == 0 {
+                flight.copy();
             }
         }
     }
@@ -96,6 +105,8 @@ struct Flight {
     last: Verdict,
     /// Slots that were spent seeding.
     seeding: usize,
+    /// Questions that change nothing: inputs do not depend on how many there are.
+    beside: usize,
     questions: Vec<Question>,
 }
 
@@ -128,6 +139,17 @@ impl Flight {
     fn finding(&mut self) {
         let answer = given::digest_of_finding(&self.guard.finding(&given::directions()));
         self.ask(Request::new(Kernel::GuardFinding, &[]), GUARD_FINDING, answer);
+    }
+
+    fn copy(&mut self) {
+        self.beside += 1;
+        self.ask(Request::new(Kernel::GuardCopy, &[]), GUARD_COPY, given::digest_of_verdict(&self.last));
+    }
+
+    /// The monitor waits for a model, whatever it is.
+    fn install(&mut self) {
+        self.beside += 1;
+        self.ask(Request::new(Kernel::GuardInstall, &[]), GUARD_INSTALL, 1);
     }
 
     fn ask(&mut self, request: Request, label: &'static str, expected: u32) {

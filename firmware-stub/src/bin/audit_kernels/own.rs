@@ -106,7 +106,7 @@ impl Own {
         match request.kernel {
             Kernel::Step => kernels::digest_of_verdict(self.monitor.step_channels(a, [b, c, d])),
             Kernel::FinishLearning => u32::from(audit_finish_learning(&mut self.monitor)),
-            Kernel::GuardStep | Kernel::GuardFinishLearning | Kernel::GuardFinding => self.guard.call(request),
+            kernel if (Kernel::GuardStep..=Kernel::GuardInstall).contains(&kernel) => self.guard.call(request),
             Kernel::Push => {
                 audit_push(&mut self.window, &[a, b, c]);
                 0
