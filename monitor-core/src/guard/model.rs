@@ -54,7 +54,8 @@ impl Scale {
     #[inline(always)]
     pub(super) fn sharpen(&mut self, y: [f32; 3], gain: f32) {
         let mut metric = self.metric.unpacked();
-        metric.whiten(y, gain);
+        // However few samples the gain is of: no step is longer than the way (Cardoso and Laheld 1996, their normalized form).
+        metric.whiten(y, gain / (1.0 + gain * metric.square_of(y)));
         let mut back = [1.0; 3];
         for (back, (now, learned)) in back.iter_mut().zip(metric.diagonal().into_iter().zip(self.learned)) {
             // Rows may point either way.

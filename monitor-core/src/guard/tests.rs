@@ -335,6 +335,26 @@ fn an_encoder_whose_reading_seldom_changes_by_a_step_makes_no_more_alarms_than_w
 }
 
 #[test]
+fn a_model_of_few_samples_makes_no_more_false_alarms_than_were_asked_for() {
+    for learn_s in [0.2, 0.4, 0.8] {
+        let asked = Config {
+            false_alarms_per_hour: 36.0, // one in 100,000 samples
+            settle_s: 0.05,
+            seed_s: 0.031,
+            learn_s,
+            time_constants_s: [0.004, learn_s / 24.5, learn_s / 5.0, learn_s],
+            ..Config::at_rate(1000.0)
+        };
+        let alarms = |seed| {
+            let verdicts = Watch::new(&asked, seed).run(30_000, |_, x| x);
+            verdicts.windows(2).filter(|pair| !pair[0].alarm() && pair[1].alarm()).count()
+        };
+        let alarms: usize = (0..40).map(alarms).sum();
+        assert!(alarms <= 20, "{alarms} where 12 are tolerable, after {learn_s} s");
+    }
+}
+
+#[test]
 fn limits_are_proven_by_healthy_slots_alone() {
     let unproven = |watch: &Watch| match &watch.guard.stage {
         Stage::Judging(judge) => judge.known.is_unproven(),
