@@ -19,7 +19,7 @@ const DEGREES_FROM: f32 = 13.0;
 pub(super) struct Level {
     /// Limit for a covariance and a mean known exactly.
     base: f32,
-    /// By how much one degree of freedom would widen it; n widen it by an n-th of that.
+    /// The exponent by which one degree of freedom would stretch it ([`stretched`]); of n it is an n-th of that.
     growth: f32,
     /// Independent samples in a slot.
     per_slot: f32,
@@ -46,8 +46,7 @@ impl Level {
         let limit = |degrees| design.limit(place, degrees).map_err(|_| LearnError::TooShort { samples: slots as u32 });
         let base = limit(1e6)?;
         let degrees = degrees_of_freedom.max(DEGREES_FROM);
-        // Less than in proportion at more degrees of freedom than these: limits err on the wide side.
-        let growth = degrees * (limit(degrees)? / base - 1.0);
+        let growth = degrees * exponent_of(limit(degrees)? / base);
         Ok(Level { base, growth, per_slot, borrowed: degrees - per_slot * slots })
     }
 
@@ -55,13 +54,34 @@ impl Level {
     pub(super) fn limit(&self, slots: f32) -> f32 {
         let independent = self.per_slot * slots;
         // The mean's own error is in every distance.
-        self.base * (1.0 + self.growth / (independent + self.borrowed)) * (1.0 + 1.0 / independent)
+        self.base * stretched(self.growth / (independent + self.borrowed)) * (1.0 + 1.0 / independent)
     }
 
     /// Widens the limit for good: the tail is heavier than a normal one.
     pub(super) fn widen(&mut self, factor: f32) {
         self.base *= factor;
     }
+}
+
+/// (e^x - 1)/x, with (1 + x/16)^16 for the exponential: how far a limit that is b for a covariance known exactly moves out for
+/// one of n degrees of freedom, at x = b/n, for the far tail of F falls as (1 + b/n)^(-n/2) where that of chi-square does as
+/// e^(-b/2).
+#[inline(always)]
+fn stretched(x: f32) -> f32 {
+    let power = (0..4).fold(1.0 + x / 16.0, |power, _| power * power);
+    (power - 1.0) / x
+}
+
+/// The exponent that stretches a limit by so much, from 1/1000 to 16.
+fn exponent_of(stretch: f32) -> f32 {
+    let (mut exponent, mut step) = (1e-3, 8.0);
+    for _ in 0..20 {
+        if stretched(exponent + step) <= stretch {
+            exponent += step;
+        }
+        step *= 0.5;
+    }
+    exponent
 }
 
 impl Triangle<3> {
@@ -88,5 +108,30 @@ impl Triangle<3> {
             combined(half(w1), second, -gain * w1 * w2, third, 0.0, third),
             third.map(|cell| half(w2) * cell),
         ]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::quantile::{upper_chi_square, upper_f};
+
+    #[test]
+    fn a_limit_comes_down_as_degrees_of_freedom_are_gained_and_never_below_what_they_make_of_it() {
+        for tail in [1e-4, 1e-7, 1e-10_f32] {
+            let base = upper_chi_square(tail, 3.0).unwrap();
+            let exact = |degrees: f32| 3.0 * degrees / (degrees - 2.0) * upper_f(tail, 3.0, degrees - 2.0).unwrap();
+            for from in [13.0, 30.0, 100.0] {
+                let growth = from * exponent_of(exact(from) / base);
+                assert!(
+                    (base * stretched(growth / from) / exact(from) - 1.0).abs() < 1e-3 || exact(from) > 16.0 * base
+                );
+                for more in [1.5, 3.0, 10.0, 100.0] {
+                    let degrees = from * more;
+                    let found = base * stretched(growth / degrees) / exact(degrees);
+                    assert!((0.97..1.35).contains(&found), "{tail} from {from} to {degrees}: {found}");
+                }
+            }
+        }
     }
 }
