@@ -71,7 +71,8 @@ pub enum What {
 pub enum Rejected {
     /// It has no sample of its own.
     Absent(Absence),
-    /// A channel that is not lost has no reading, two channels are lost, or the set point is no number.
+    /// A channel that is not lost has no reading, or a wild one where the readings before were not, two channels are lost, or the
+    /// set point is no number.
     Unfit,
 }
 
