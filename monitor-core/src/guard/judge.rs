@@ -136,6 +136,7 @@ impl Judge {
         verdict.severity = severity;
         self.learn(design, count, now | recovering, held, square(images.fast), &verdict.severity);
         verdict.alarm_since = new.choose_long(verdict.sample, verdict.alarm_since);
+        self.still = (up | !now).choose_word(self.still, 0); // what stood still before the alarm was not the fault
         let named = Flag::reached(self.still, rules.named_after);
         verdict.standing =
             Standing::new([now, recovering, named, held, settling], self.losses.stuck(), self.losses.silent());

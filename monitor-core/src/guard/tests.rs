@@ -117,8 +117,10 @@ fn a_large_shift_is_found_in_a_few_samples_and_one_of_a_quarter_of_a_sigma_in_tw
         let mut watch = Watch::learned(2);
         watch.run(60_000, |_, x| x);
         let since = watch.guard.verdict().sample() + 1;
-        let found = first_alarm(&watch.run(2_000, off(channel, 20.0))).unwrap();
+        let verdicts = watch.run(2_000, off(channel, 20.0));
+        let found = first_alarm(&verdicts).unwrap();
         assert!(found <= 2, "{channel:?}: {found}");
+        assert!(!verdicts[found..found + 50].iter().any(Verdict::settled), "too early for a name");
         assert_eq!(watch.guard.verdict().since(), Some(since + found as u64));
         let mut watch = Watch::learned(3);
         watch.run(60_000, |_, x| x);
