@@ -78,12 +78,13 @@ fn the_tables_the_page_and_the_trace_say_the_same_of_a_mission() {
     let mut trace = csv::Reader::from_path(desk.path("monitor-out/trace.csv")).unwrap();
     let header = trace.headers().unwrap().clone();
     let column = |name: &str| header.iter().position(|found| found == name).unwrap();
-    let (phase, severity) = (column("phase"), column("severity_fast"));
+    let (phase, rejected, severity) = (column("phase"), column("rejected"), column("severity_fast"));
     let (alarm, located, size) = (column("alarm"), column("located"), column("size"));
     let rows: Vec<_> = trace.records().map(Result::unwrap).collect();
     assert_eq!(rows.len(), 30_000);
     for row in &rows {
-        assert_eq!(row[severity].is_empty(), &row[phase] != "monitoring", "{row:?}");
+        let is_judged = &row[phase] == "monitoring" && &row[rejected] == "0";
+        assert_eq!(row[severity].is_empty(), !is_judged, "{row:?}");
         assert_eq!(row[size].is_empty(), ["", "unknown", "ambiguous"].contains(&&row[located]), "{row:?}");
     }
     let learned = rows.iter().position(|row| &row[phase] == "model due").unwrap();

@@ -111,7 +111,8 @@ fn events_tell_what_was_injected_found_and_withdrawn_in_order() {
         assert!(after(earlier, later), "{earlier}, {later}: {events:?}");
     }
     assert_eq!(player.shown().unwrap().tally.alarms, 1);
-    assert_eq!(player.shown().unwrap().tally.covered(), Some(1.0));
+    // All but single readings that are far off, where the fault begins and ends.
+    assert!(player.shown().unwrap().tally.covered().is_some_and(|share| share > 0.999));
 }
 
 #[test]
