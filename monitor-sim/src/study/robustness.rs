@@ -87,8 +87,6 @@ impl Disturbance {
 
     /// As faults that stand from the beginning to `end_s`.
     fn faults(&self, scenario: &Scenario, end_s: f64) -> Vec<Fault> {
-        let noise = &scenario.noise;
-        let sigmas = [noise.speed_sigma_rad_per_s, noise.current_sigma_a, noise.voltage_sigma_v];
         let fault = |id: String, point, kind, amplitude, share| Fault {
             name: id.clone(),
             id,
@@ -100,7 +98,7 @@ impl Disturbance {
             end_s,
             share,
         };
-        let sensors = || SENSORS.into_iter().zip(sigmas);
+        let sensors = || SENSORS.into_iter().zip(sigmas(scenario));
         match *self {
             Outliers(share) => sensors()
                 .flat_map(|(point, sigma)| [1.0, -1.0].map(|sign| (point, sign * SPIKE_SIGMAS * sigma)))
@@ -115,6 +113,12 @@ impl Disturbance {
             Self::None | WrongConstants(_) | Jitter(_) => Vec::new(),
         }
     }
+}
+
+/// Standard deviation of each sensor's noise.
+const fn sigmas(scenario: &Scenario) -> [f64; 3] {
+    let noise = &scenario.noise;
+    [noise.speed_sigma_rad_per_s, noise.current_sigma_a, noise.voltage_sigma_v]
 }
 
 /// The study's settings.
@@ -178,6 +182,8 @@ impl Rig<'_> {
         let known = Known::of(&self.scenario);
         let known = match disturbance {
             WrongConstants(share) => known.off_by(self.wrong_by(share)),
+            // A converter's step is in its data sheet.
+            Coarse(steps) => Known { adc_steps: sigmas(&self.scenario).map(|sigma| steps * sigma), ..known },
             _ => known,
         };
         let mut watch = self.study.mode.watch(&known, &self.limits)?;
