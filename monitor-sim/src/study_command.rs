@@ -13,7 +13,7 @@ use monitor_sim::study::speed::Speed;
 use monitor_sim::study::{self, Run, Study};
 
 use crate::args::study::{ANY_LIMITS, CommonArgs, StudyArgs, StudyCommand};
-use crate::{Failure, different, json, pending, print, print_all, progress};
+use crate::{Failure, different, json, pending, print, print_all, progress, tune};
 
 pub(crate) fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
     match &args.study {
@@ -40,6 +40,7 @@ pub(crate) fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
             let (motors, size, healthy_s) = (*motors, *size, *healthy);
             make(&Robustness { mode, seed, asked, motors, size, healthy_s }, common)
         }
+        StudyCommand::Tune(args) => tune(args),
         StudyCommand::Speed { steps, mode, seed, json } => {
             measure(&Speed { mode: *mode, seed: *seed, asked: ANY_LIMITS, steps: *steps }, *json)
         }

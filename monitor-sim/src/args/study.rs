@@ -150,6 +150,9 @@ pub(crate) enum StudyCommand {
         #[command(flatten)]
         common: CommonArgs,
     },
+    /// False alarms against delay by the thresholds of paper mode, and the thresholds to use: `tune` under another name
+    #[command(after_help = super::TUNE_EXAMPLES)]
+    Tune(super::TuneArgs),
     /// Control periods per second, and the shares of plant and monitor (by the clock)
     #[command(after_help = SPEED_EXAMPLES)]
     Speed {

@@ -49,6 +49,13 @@ fn a_page_shows_the_trade_off_and_what_is_recommended() {
 }
 
 #[test]
+fn the_study_of_the_trade_off_is_tuning_by_another_name() {
+    let desk = Desk::with_short();
+    let [study, tune] = [format!("study {TUNE}"), TUNE.to_owned()].map(|command| desk.run(&command).success());
+    assert_eq!(study.get_output().stdout, tune.get_output().stdout);
+}
+
+#[test]
 fn the_trade_off_for_machines_is_one_document() {
     let report = Desk::with_short().json(TUNE, 0);
     assert_keys(&report, &["settings", "residual_unit", "sweep", "hours", "not_separated", "wall_s"]);
