@@ -8,8 +8,8 @@ use crate::ewma::Ewma;
 /// ln of the likelihood ratio at which the fault is taken to be gone: exp(18) to one.
 const GONE: f32 = 18.0;
 
-/// The one from which on that is likely enough for the fault not to be averaged any further: of faults that stand, one in
-/// exp(4.5) = 90 is so doubted for a while.
+/// The one from which on that is likely enough for the fault not to be averaged any further: while it stands, a sum that
+/// begins comes so far at most once in exp(4.5) = 90 times (Wald 1947).
 const DOUBTED: f32 = 4.5;
 
 /// Share of its limit that a distance must come below before its scale counts as quiet.

@@ -123,9 +123,7 @@ mod tests {
             let exact = |degrees: f32| 3.0 * degrees / (degrees - 2.0) * upper_f(tail, 3.0, degrees - 2.0).unwrap();
             for from in [13.0, 30.0, 100.0] {
                 let growth = from * exponent_of(exact(from) / base);
-                assert!(
-                    (base * stretched(growth / from) / exact(from) - 1.0).abs() < 1e-3 || exact(from) > 16.0 * base
-                );
+                assert!((base * stretched(growth / from) / exact(from) - 1.0).abs() < 1e-3, "{tail} from {from}");
                 for more in [1.5, 3.0, 10.0, 100.0] {
                     let degrees = from * more;
                     let found = base * stretched(growth / degrees) / exact(degrees);
