@@ -148,7 +148,7 @@ impl Monitor {
         if let Stage::Judging(judge) = &mut self.stage
             && self.design.gate.holds(&self.gate, set_point)
         {
-            judge.step(&self.design, &self.rules, self.count, &mut self.verdict);
+            judge.step(&self.design, &self.rules, &mut self.senses, self.count, &mut self.verdict);
         } else {
             self.before_judging(set_point);
         }
@@ -208,12 +208,11 @@ impl Monitor {
         let suspected = self.verdict.standing.alarm();
         self.trusted = false;
         if let Stage::Judging(judge) = &self.stage {
-            self.senses = judge.senses;
             self.bank.keep(&self.design.gate, from, &judge.known);
         }
         self.stage = if let Some(known) = self.bank.recall(&self.design.gate, set_point) {
             self.gate = self.design.gate.open_at(set_point);
-            Stage::Judging(Judge::new(*known, Alarm::settling(&self.rules), self.senses, &self.design))
+            Stage::Judging(Judge::new(*known, Alarm::settling(&self.rules), &self.design))
         } else if suspected {
             Stage::Withheld
         } else {
@@ -303,7 +302,7 @@ impl Monitor {
             Ok((model, quality)) => {
                 let known = Known::new(model, learned.activity.stuck_below(), self.design.learn_slots);
                 self.bank.keep(&self.design.gate, self.gate.reference(), &known);
-                self.stage = Stage::Judging(Judge::new(known, Alarm::default(), self.senses, &self.design));
+                self.stage = Stage::Judging(Judge::new(known, Alarm::default(), &self.design));
                 (self.quality, self.refused) = (quality, None);
             }
             Err(error) => {

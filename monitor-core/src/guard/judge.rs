@@ -48,7 +48,6 @@ const TURNS: u32 = 2 * SCALES as u32 + 2;
 pub(super) struct Judge {
     pub(super) known: Known,
     pub(super) alarm: Alarm,
-    pub(super) senses: Senses,
     pub(super) losses: Losses,
     /// Where deviations are taken from, by what is known.
     centre: [f32; 3],
@@ -89,11 +88,10 @@ struct Images {
 }
 
 impl Judge {
-    pub(super) fn new(known: Known, alarm: Alarm, senses: Senses, design: &Design) -> Self {
+    pub(super) fn new(known: Known, alarm: Alarm, design: &Design) -> Self {
         let [_, _, slow, _] = design.scales;
         Judge {
             alarm,
-            senses,
             losses: Losses::default(),
             centre: known.centre(),
             metrics: known.model.scales.map(|scale| scale.metric),
@@ -117,10 +115,17 @@ impl Judge {
     /// Judges one sample, and brings the verdict on the sample before up to date. Reads as the flow of the module's front page.
     /// The count of slots says whose turn it is.
     #[inline(always)]
-    pub(super) fn step(&mut self, design: &Design, rules: &Rules, count: u32, verdict: &mut Verdict) {
+    pub(super) fn step(
+        &mut self,
+        design: &Design,
+        rules: &Rules,
+        senses: &mut Senses,
+        count: u32,
+        verdict: &mut Verdict,
+    ) {
         let [of_fast, of_middle, ..] = &design.scales;
         let up = Flag::new(verdict.standing.alarm());
-        self.sense(count, &verdict.readings); //                                                 is it a sensor still?
+        self.sense(senses, count, &verdict.readings); //                                                 is it a sensor still?
         let (deviation, held) = self.deviation(verdict.readings); //                             from the mean (1.7)
         let keep = !held;
         self.fast = smoothed(self.fast, keep.or_zero(of_fast.weight()), deviation);
@@ -145,10 +150,10 @@ impl Judge {
 
     /// Looks at the sensor whose turn it is.
     #[inline(always)]
-    fn sense(&mut self, count: u32, readings: &[f32; 3]) {
+    fn sense(&mut self, senses: &mut Senses, count: u32, readings: &[f32; 3]) {
         let turn = (count % ROUND) as usize;
         if let (Some(x), Some(stuck_below)) = (readings.get(turn), self.known.stuck_below.get(turn)) {
-            let activity = self.senses.step(turn, *x);
+            let activity = senses.step(turn, *x);
             self.losses.step(turn, *x, activity, *stuck_below);
         }
     }
