@@ -60,6 +60,9 @@ const SEED_CLIP_SIGMAS: f32 = 4.0;
 /// How far the mean may move from the first seeding window to the second: further, and the loop has not settled.
 const SETTLED_TO_SIGMAS: f32 = 2.0;
 
+/// How far it may have moved for neighbours to lend their noise, so that the motor is judged at once: the loop stands.
+const LENT_TO_SIGMAS: f32 = 0.25;
+
 /// A window, and the activity of each channel while it was gathered.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Learned {
@@ -117,7 +120,7 @@ impl Monitor {
             stage: Stage::Settling(None),
             count: 0,
             gap: 0,
-            bank: Bank::default(),
+            bank: Bank::EMPTY,
             quality: Quality::default(),
             refused: None,
             trusted: false,
@@ -208,16 +211,21 @@ impl Monitor {
         let suspected = self.verdict.standing.alarm();
         self.trusted = false;
         if let Stage::Judging(judge) = &self.stage {
-            self.bank.keep(&self.design.gate, from, &judge.known);
+            self.bank.keep(&self.design, from, &judge.known);
         }
         self.stage = if let Some(known) = self.bank.recall(&self.design.gate, set_point) {
             self.gate = self.design.gate.open_at(set_point);
-            Stage::Judging(Judge::new(*known, Alarm::settling(&self.rules), &self.design))
+            self.entered(*known)
         } else if suspected {
             Stage::Withheld
         } else {
             Stage::Settling(None)
         };
+    }
+
+    /// Judging at a set point of which something is known before the loop has been seen to stand there.
+    fn entered(&self, known: Known) -> Stage {
+        Stage::Judging(Judge::new(known, Alarm::settling(&self.rules), &self.design))
     }
 
     /// The set point has been constant for long enough: seeding begins around what was read meanwhile.
@@ -256,22 +264,20 @@ impl Monitor {
         }
     }
 
-    /// Goes over into what follows a seeding window: the second one, clipped by the first, or the learning window. Begins again if
-    /// the loop has not settled. If the mean is one that the set point's neighbours do not make expect, that is an alarm, and
-    /// nothing is learned.
+    /// Goes over into what follows a seeding window: the second one, clipped by the first; or, if the loop has settled, what comes
+    /// after both. Begins again if it has not. If the mean is one that the set point's neighbours do not make expect, that is an
+    /// alarm, and nothing is learned.
     #[inline(never)]
     fn seeded(&mut self) {
         let Stage::Seeding(moments, clip) = &self.stage else { return };
         let (second, around) = (clip.is_some(), moments.shift());
         let seed = moments.statistics().map(|seed| self.design.floored(&seed, 1.0, 0.0));
-        let neighbours = (!self.trusted).then_some((&self.bank, self.gate.reference()));
-        match seed.and_then(|seed| if second { settled(&seed, around, neighbours).map(|()| seed) } else { Ok(seed) }) {
-            Ok(seed) if second => {
-                self.stage = Stage::Learning(Learned { window: Window::after(&seed), activity: Activity::NONE });
-            }
-            Ok(seed) => {
-                self.stage = Stage::Seeding(Moments::around(seed.mean.into()), Some(Clip::at(&seed, SEED_CLIP_SIGMAS)));
-            }
+        let next = seed.and_then(|seed| match second {
+            false => Ok(Stage::Seeding(Moments::around(seed.mean.into()), Some(Clip::at(&seed, SEED_CLIP_SIGMAS)))),
+            true => settled(&seed, around).and_then(|moved| self.after_seeding(&seed, moved)),
+        });
+        match next {
+            Ok(stage) => self.stage = stage,
             Err(error) => {
                 self.refused = Some(error);
                 if let LearnError::Unexpected(_) = error {
@@ -283,6 +289,21 @@ impl Monitor {
                 }
             }
         }
+    }
+
+    /// What begins with the statistics of the second seeding window, whose mean has moved by so many sigmas: judging, by what the
+    /// set point's neighbours lend, or else the learning window.
+    fn after_seeding(&self, seed: &Statistics<3>, moved: f32) -> Result<Stage, LearnError> {
+        let set_point = self.gate.reference();
+        if let Some(neighbours) = self.bank.neighbours(set_point).filter(|_| !self.trusted) {
+            bank::expected(neighbours, set_point, seed.mean.into())?;
+            if moved <= LENT_TO_SIGMAS
+                && let Some(known) = Known::lent(seed, neighbours.map(|(_, known)| known), &self.design)
+            {
+                return Ok(self.entered(known));
+            }
+        }
+        Ok(Stage::Learning(Learned { window: Window::after(seed), activity: Activity::NONE }))
     }
 
     /// The learning window, once it is complete and until a model is installed. A board copies it out of the sampling
@@ -301,7 +322,7 @@ impl Monitor {
         match model {
             Ok((model, quality)) => {
                 let known = Known::new(model, learned.activity.stuck_below(), self.design.learn_slots);
-                self.bank.keep(&self.design.gate, self.gate.reference(), &known);
+                self.bank.keep(&self.design, self.gate.reference(), &known);
                 self.stage = Stage::Judging(Judge::new(known, Alarm::default(), &self.design));
                 (self.quality, self.refused) = (quality, None);
             }
@@ -362,7 +383,7 @@ impl Monitor {
     /// [`RestoreError`] when it was learned under other settings; then nothing has changed.
     pub fn restore(&mut self, stored: &Stored) -> Result<(), RestoreError> {
         let (set_point, known) = stored.restored(&self.design)?;
-        self.bank.keep(&self.design.gate, set_point, &known);
+        self.bank.keep(&self.design, set_point, &known);
         Ok(())
     }
 
@@ -453,16 +474,18 @@ impl Monitor {
     }
 }
 
-/// Whether the second seeding window says that the loop has settled: its mean is that of the first, and one that the set
-/// point's neighbours make expect.
-fn settled(seed: &Statistics<3>, before: [f32; 3], neighbours: Option<(&Bank, f32)>) -> Result<(), LearnError> {
+/// How far the mean has moved from the first seeding window to the second, in sigmas of the channel that has moved most, if that
+/// says that the loop has settled.
+fn settled(seed: &Statistics<3>, before: [f32; 3]) -> Result<f32, LearnError> {
     let (mean, sigma): ([f32; 3], [f32; 3]) = (seed.mean.into(), seed.sigma().into());
+    let mut largest = 0.0;
     for (position, (moved, sigma)) in difference(mean, before).into_iter().zip(sigma).enumerate() {
         if moved.abs() > SETTLED_TO_SIGMAS * sigma {
             return Err(LearnError::Drifting(Channel::at(position)));
         }
+        largest = f32::max(largest, moved.abs() / sigma);
     }
-    neighbours.map_or(Ok(()), |(bank, set_point)| bank.expects(set_point, mean))
+    Ok(largest)
 }
 
 /// a - b.

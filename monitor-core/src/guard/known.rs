@@ -5,6 +5,7 @@ use super::design::Design;
 use super::flag::{Flag, greater, lesser, positive_part, within};
 use super::level::PERIOD;
 use super::model::Model;
+use crate::moments::Statistics;
 
 /// Limits while a model proves itself: what it rests on is not what it judges.
 const UNPROVEN: f32 = 1.5;
@@ -27,6 +28,9 @@ const EXCESS_GAIN: f32 = 1.0 / 256.0;
 const EXCESS_BY_CHANCE: f32 = 1.1;
 const EXCESS_GROWS: f32 = 1.5;
 
+/// How far the noise of a set point may be from that of its neighbours for them to lend theirs, as a factor of the standard deviation.
+const ALIKE_WITHIN: f32 = 1.25;
+
 /// What a model brings with it when it is installed or recalled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Known {
@@ -35,8 +39,10 @@ pub(super) struct Known {
     pub(super) stuck_below: [f32; 3],
     /// The reciprocal of the limit of each time scale, as sharp as it is by now.
     pub(super) per_limit: [f32; SCALES],
-    /// Slots that mean and limits rest on.
+    /// Slots that metrics and limits rest on.
     slots: f32,
+    /// Slots that the mean rests on: fewer, where a neighbour has lent the rest.
+    mean_slots: f32,
     /// Slots until the limits are proven, in whole periods.
     unproven: u32,
     /// Mean excess of the fast scale's distance over where its tail begins.
@@ -51,14 +57,44 @@ pub(super) struct Known {
 impl Known {
     pub(super) fn new(model: Model, stuck_below: [f32; 3], learned_slots: u32) -> Self {
         let slots = learned_slots as f32;
-        let mut known = Known { model, stuck_below, slots, unproven: learned_slots, ..Known::BLANK };
+        let mut known = Known { model, stuck_below, slots, mean_slots: slots, unproven: learned_slots, ..Known::BLANK };
         known.excess = EXCESS_AT_FIRST * NORMAL_EXCESS;
-        for (place, scale) in model.scales.iter().enumerate() {
-            if let Some(per_limit) = known.per_limit.get_mut(place) {
-                *per_limit = 1.0 / reaching(place, scale.level.limit(slots), known.excess);
-            }
-        }
+        known.set_limits();
         known
+    }
+
+    fn set_limits(&mut self) {
+        for (place, (per_limit, scale)) in self.per_limit.iter_mut().zip(&self.model.scales).enumerate() {
+            *per_limit = 1.0 / reaching(place, scale.level.limit(self.slots, self.mean_slots), self.excess);
+        }
+    }
+
+    /// What is known of a set point between two known ones, of which a seeding window has been seen: its mean is that of the
+    /// window, and everything else what the noisier of the two lends. None if the noise of the window is not like theirs.
+    pub(super) fn lent(seed: &Statistics<3>, neighbours: [&Known; 2], design: &Design) -> Option<Self> {
+        let [a, b] = neighbours;
+        let (of_seed, mean): ([f32; 3], [f32; 3]) = (seed.sigma().into(), seed.mean.into());
+        let is_alike = |sigma: f32, lender: f32| (1.0 / ALIKE_WITHIN..ALIKE_WITHIN).contains(&(sigma / lender));
+        let alike = |lender: &Known| of_seed.into_iter().zip(lender.model.sigma).all(|(s, l)| is_alike(s, l));
+        if !(alike(a) && alike(b)) {
+            return None;
+        }
+        let lender = if a.model.is_noisier_than(&b.model) { a } else { b };
+        let mut known = *lender;
+        known.model.mean = mean;
+        known.mean_slots = seed.samples as f32;
+        for ((below, a), b) in known.stuck_below.iter_mut().zip(a.stuck_below).zip(b.stuck_below) {
+            *below = a.min(b);
+        }
+        known.excess = a.excess.max(b.excess);
+        (known.drift, known.peak, known.unproven) = ([0.0; 3], [0.0; 2], design.learn_slots);
+        known.set_limits();
+        Some(known)
+    }
+
+    /// Whether a whole learning window of healthy samples has been seen, and not lent by neighbours.
+    pub(super) fn is_own(&self, design: &Design) -> bool {
+        self.mean_slots >= design.learn_slots as f32
     }
 
     pub(super) const BLANK: Self = Known {
@@ -66,6 +102,7 @@ impl Known {
         stuck_below: [0.0; 3],
         per_limit: [0.0; SCALES],
         slots: 0.0,
+        mean_slots: 0.0,
         unproven: 0,
         excess: 0.0,
         peak: [0.0; 2],
@@ -77,7 +114,7 @@ impl Known {
         self.model.each_number(f);
         let arrays =
             self.stuck_below.iter_mut().chain(&mut self.per_limit).chain(&mut self.peak).chain(&mut self.drift);
-        arrays.chain([&mut self.slots, &mut self.excess]).for_each(&mut *f);
+        arrays.chain([&mut self.slots, &mut self.mean_slots, &mut self.excess]).for_each(&mut *f);
         // Whole periods, of which an f32 counts 2^24.
         let mut periods = (self.unproven / PERIOD) as f32;
         f(&mut periods);
@@ -89,7 +126,7 @@ impl Known {
         let (mut finite, mut known) = (true, *self);
         known.each_number(&mut |number| finite &= number.is_finite());
         let sharp = self.per_limit.iter().all(|per_limit| *per_limit > 0.0);
-        finite && sharp && self.slots >= 1.0 && self.model.is_usable()
+        finite && sharp && self.slots >= 1.0 && self.mean_slots >= 1.0 && self.model.is_usable()
     }
 
     /// Where deviations are taken from: the mean, with what it has drifted.
@@ -126,7 +163,7 @@ impl Known {
         let scale = self.model.scales.get_mut(place)?;
         scale.sharpen(y.map(|y| healthy.or_zero(y)), gain);
         scale.level.widen(due.choose(tail, 1.0));
-        let per_limit = 1.0 / reaching(place, scale.level.limit(self.slots), self.excess);
+        let per_limit = 1.0 / reaching(place, scale.level.limit(self.slots, self.mean_slots), self.excess);
         *self.per_limit.get_mut(place)? = per_limit;
         Some(self.judged_by(per_limit))
     }
@@ -139,14 +176,22 @@ impl Known {
         self.excess += in_tail.or_zero(EXCESS_GAIN) * (excess - self.excess);
     }
 
-    /// Lets the mean follow a deviation of the middle scale that is healthy beyond suspicion.
+    /// Lets the mean follow a deviation of the middle scale that is healthy beyond suspicion. That is drift, and bounded, unless
+    /// the mean still rests on fewer slots than a learning window has.
     #[inline(always)]
     pub(super) fn follow(&mut self, design: &Design, suspected: Flag, middle: [f32; 3]) {
         let period = (!suspected).or_zero(PERIOD as f32);
+        let learned = |slots: f32| !Flag::below(slots, design.learn_slots as f32);
+        let before = learned(self.mean_slots);
         self.slots += period;
-        let share = period / lesser(self.slots, design.memory_slots);
-        for ((drift, moved), sigma) in self.drift.iter_mut().zip(middle).zip(self.model.sigma) {
-            *drift = within(*drift + share * moved, design.drift_sigmas * sigma);
+        self.mean_slots += period;
+        let (now, ends) = (learned(self.mean_slots), learned(self.mean_slots) & !before);
+        let share = period / lesser(self.mean_slots, design.memory_slots);
+        let Known { drift, model: Model { mean, sigma, .. }, .. } = self;
+        for (((drift, mean), moved), sigma) in drift.iter_mut().zip(mean).zip(middle).zip(*sigma) {
+            let moved = *drift + share * moved;
+            *mean += ends.or_zero(moved);
+            *drift = within((!ends).or_zero(moved), now.choose(design.drift_sigmas * sigma, f32::MAX));
         }
     }
 

@@ -50,11 +50,11 @@ impl Level {
         Ok(Level { base, growth, per_slot, borrowed: degrees - per_slot * slots })
     }
 
-    /// The limit once so many slots are known.
-    pub(super) fn limit(&self, slots: f32) -> f32 {
-        let independent = self.per_slot * slots;
+    /// The limit once the noise is known from so many slots, and the mean from so many.
+    pub(super) fn limit(&self, slots: f32, mean_slots: f32) -> f32 {
         // The mean's own error is in every distance.
-        self.base * stretched(self.growth / (independent + self.borrowed)) * (1.0 + 1.0 / independent)
+        let of_mean = 1.0 + 1.0 / (self.per_slot * mean_slots);
+        self.base * stretched(self.growth / (self.per_slot * slots + self.borrowed)) * of_mean
     }
 
     /// Widens the limit for good: the tail is heavier than a normal one.

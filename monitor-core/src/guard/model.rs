@@ -167,6 +167,15 @@ impl Model {
         Ok((model, Quality { samples, clipped_share, condition, drift_sigmas, slow_variance_ratio }))
     }
 
+    /// Whether the slow scale has the larger covariance, by its volume.
+    pub(super) fn is_noisier_than(&self, other: &Self) -> bool {
+        let [sharpness, others] = [self, other].map(|model| {
+            let [_, _, slow, _] = &model.scales;
+            slow.metric.unpacked().diagonal().into_iter().product::<f32>().abs()
+        });
+        sharpness < others
+    }
+
     /// Mean of each channel, in its unit.
     #[must_use]
     pub const fn mean(&self) -> [f32; 3] {

@@ -8,11 +8,11 @@ use super::design::Design;
 use super::known::Known;
 
 /// Says what the bytes are, and in which version.
-const FORMAT: u32 = 0x4755_0002;
+const FORMAT: u32 = 0x4755_0003;
 
 /// Numbers of the settings that are kept, of a model, and bytes of all with format, set point, and checksum.
 const SETTINGS: usize = 2 + SCALES;
-const NUMBERS: usize = 17 + 14 * SCALES;
+const NUMBERS: usize = 18 + 14 * SCALES;
 const WORDS: usize = 1 + SETTINGS + 1 + NUMBERS + 1;
 
 /// What is known of one set point, as bytes.

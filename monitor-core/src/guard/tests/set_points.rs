@@ -64,7 +64,7 @@ fn a_model_of_another_sampling_rate_or_of_other_settings_or_a_damaged_one_is_ref
 }
 
 #[test]
-fn a_new_set_point_between_known_ones_is_learned_where_a_propellers_load_lies_and_is_an_alarm_where_none_does() {
+fn a_new_set_point_between_known_ones_is_healthy_where_a_propellers_load_lies_and_is_an_alarm_where_none_does() {
     let at = |speed: f32| [speed, 0.5 + 1.5 * (speed / 300.0).powi(2), 0.04 * speed];
     let mut watch = Watch::new(&config(), 30);
     let go = |watch: &mut Watch, speed: f32, extra: f32| {
@@ -169,4 +169,76 @@ fn what_has_become_known_of_a_set_point_is_kept_for_the_next_visit() {
     watch.run(1, |_, x| x);
     assert_eq!(watch.guard.limits(), Some(sharp));
     assert!(sharp[2] < 0.9 * young[2], "{sharp:?} {young:?}");
+}
+
+/// The readings of a propeller at a speed.
+fn propeller(speed: f32) -> [f32; 3] {
+    [speed, 0.5 + 1.5 * (speed / 300.0).powi(2), 0.04 * speed]
+}
+
+/// One that has learned two set points, and goes to one between them.
+fn between(seed: u64) -> Watch {
+    let mut watch = Watch::new(&config(), seed);
+    for speed in [100.0, 300.0] {
+        (watch.set_point, watch.motor.mean) = (speed, propeller(speed));
+        watch.run(20_000, |_, x| x);
+        assert_eq!(watch.guard.verdict().phase(), Phase::Monitoring);
+    }
+    (watch.set_point, watch.motor.mean) = (220.0, propeller(220.0));
+    watch
+}
+
+#[test]
+fn a_set_point_between_known_ones_is_judged_as_soon_as_it_has_been_seeded_and_limits_sharpen() {
+    let mut watch = between(40);
+    let sharp = watch.guard.limits().unwrap();
+    let verdicts = watch.run(1_300, |_, x| x);
+    assert_eq!(phases(&verdicts), [Phase::Settling, Phase::Seeding, Phase::Settling, Phase::Monitoring]);
+    let young = watch.guard.limits().unwrap();
+    assert!(young[0] < 1.5 * sharp[0] && young[2] > 2.0 * sharp[2], "a mean of half a second: {young:?} {sharp:?}");
+    // A fault of five sigmas is found in milliseconds, and does not become the new normal.
+    let mut struck = Watch { guard: watch.guard.clone(), ..watch };
+    let verdicts = struck.run(20_000, off(Channel::ArmatureCurrent, 5.0));
+    let found = first_alarm(&verdicts).unwrap();
+    assert!(found < 40 && verdicts[found..].iter().all(Verdict::deviates), "{found}");
+    let mut watch = between(40);
+    let verdicts = watch.run(60_000, |_, x| x);
+    assert!(!verdicts.iter().any(Verdict::alarm));
+    let (old, model) = (watch.guard.limits().unwrap(), watch.guard.model().unwrap());
+    assert!(old[2] < 1.1 * sharp[2], "{old:?} {sharp:?}");
+    for (mean, (expected, sigma)) in model.mean().into_iter().zip(propeller(220.0).into_iter().zip(SIGMA)) {
+        assert!((mean - expected).abs() < 0.05 * sigma, "{mean} {expected}");
+    }
+}
+
+#[test]
+fn a_set_point_between_known_ones_whose_noise_is_another_is_learned_whole() {
+    let mut watch = between(41);
+    let louder = |_, x: [f32; 3]| {
+        let [speed, ..] = propeller(220.0);
+        [speed + 1.5 * (x[0] - speed), x[1], x[2]]
+    };
+    let verdicts = watch.run(6_000, louder);
+    let phases = phases(&verdicts);
+    assert_eq!(phases, [Phase::Settling, Phase::Seeding, Phase::Learning, Phase::ModelDue, Phase::Monitoring]);
+}
+
+#[test]
+fn what_neighbours_have_lent_drives_nothing_out_that_was_learned() {
+    let mut watch = Watch::new(&config(), 42);
+    let mut go = |speed: f32, slots: u32| {
+        (watch.set_point, watch.motor.mean) = (speed, propeller(speed));
+        watch.run(slots, |_, x| x);
+        let kept: Vec<f32> = watch.guard.stored().map(|stored| stored.set_point()).collect();
+        kept
+    };
+    for speed in [100.0, 300.0, 400.0, 500.0] {
+        go(speed, 14_000);
+    }
+    // Judged, but not for as long as a window: not kept.
+    go(200.0, 3_000);
+    assert_eq!(go(250.0, 2_000), [100.0, 300.0, 400.0, 500.0]);
+    // For longer, it is as good as learned.
+    go(200.0, 9_000);
+    assert_eq!(go(250.0, 2_000), [200.0, 300.0, 400.0, 500.0]);
 }
