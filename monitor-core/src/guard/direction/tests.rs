@@ -193,3 +193,31 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn what_is_foretold_is_said_in_99_cases_of_100_and_what_is_not_may_be_said_less_often() {
+    let (directions, noise) = (directions(), noise(1000.0));
+    let mut state = 7_u64;
+    let mut normal = || {
+        let sum = (0..12).fold(0, |sum, _| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            sum + (state >> 40)
+        });
+        sum as f32 / (1 << 24) as f32 - 6.0
+    };
+    for direction in directions.iter() {
+        let is_it = |finding| matches!(finding, Finding::Fault(found) if found.cause == direction.cause);
+        let foretold = |size: &f32| is_it(directions.rehearse(direction.cause, *size, &noise));
+        let Some(least) = (0..400).map(|k| 1e-6 * 1.05_f32.powi(k)).find(foretold) else { continue };
+        let mut said = |size: f32| {
+            let drawn = (0..4_000).filter(|_| {
+                let off = direction.movement.map(|d| size * d * (1.0 + direction.tolerance * normal()));
+                let deviation = core::array::from_fn(|i| off[i] + normal() * square_root(noise.covariance[i][i]));
+                is_it(directions.explain(deviation, &noise))
+            });
+            drawn.count() as f32 / 4_000.0
+        };
+        let (enough, less) = (said(least), said(least / 3.0));
+        assert!(enough > 0.985 && less < 0.9, "{:?}: {enough} {less} at {least}", direction.cause);
+    }
+}
