@@ -110,11 +110,10 @@ impl Monitor {
     /// [`ConfigError`] names the setting that is out of range.
     pub fn new(config: &Config) -> Result<Self, ConfigError> {
         let design = Design::new(config)?;
-        let [_, middle, ..] = design.scales;
         Ok(Monitor {
             verdict: Verdict { sample: u64::MAX, ..Verdict::default() }, // the first sample has index zero
             gate: design.gate.unknown(),
-            rules: Rules::new(design.clear_hold, design.gate.settle_samples(), &middle),
+            rules: Rules::new(config, &design)?,
             design,
             senses: Senses::NONE,
             stage: Stage::Settling(None),

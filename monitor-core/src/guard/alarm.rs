@@ -1,9 +1,9 @@
 //! When an alarm is raised, when it is withdrawn, and what may vote in between.
 
 use super::SCALES;
+use super::design::{Config, ConfigError, Design, whole_slots};
 use super::flag::{Flag, greater, lesser, positive_part};
 use super::sensor::ROUND;
-use crate::ewma::Ewma;
 
 /// ln of the likelihood ratio at which the fault is taken to be gone: exp(18) to one.
 const GONE: f32 = 18.0;
@@ -39,6 +39,7 @@ const LOOK: u32 = 2 * ROUND;
 /// The frozen part, in samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Rules {
+    raise_hold: u32,
     clear_hold: u32,
     recovery: u32,
     /// Longest that a loop is given to settle at a known set point.
@@ -59,6 +60,8 @@ pub(super) struct Rules {
 pub(super) struct Alarm {
     /// ln of the likelihood of "the fault is gone" over "it stands", since it last could not be told.
     gone: f32,
+    /// Slots for which some scale has been beyond its limit, up to the hold.
+    beyond: u32,
     /// Slots since the fast scale was last not calm, and since any scale was last not quiet; up to the hold.
     calm: u32,
     quiet: u32,
@@ -90,6 +93,8 @@ pub(super) struct Outcome {
     pub(super) up: Flag,
     /// It went up with this sample, and is not the same fault's that has just been withdrawn.
     pub(super) new: Flag,
+    /// It is up, or would be if not for the hold, or the loop recovers: what is read is not health.
+    pub(super) disturbed: Flag,
     /// The loop recovers from a fault, or from a change of the set point: slower scales have no vote.
     pub(super) recovering: Flag,
     /// It is from a change of the set point.
@@ -97,19 +102,30 @@ pub(super) struct Outcome {
 }
 
 impl Rules {
-    pub(super) fn new(clear_hold: u32, settling: u32, middle: &Ewma) -> Self {
+    /// # Errors
+    /// [`ConfigError`] names the hold that is out of range.
+    pub(super) fn new(config: &Config, design: &Design) -> Result<Self, ConfigError> {
+        let hold = |seconds: f32| whole_slots(seconds * config.sample_rate_hz).map(|slots| slots.max(1));
+        let [_, middle, ..] = &design.scales;
         let samples = 1.0 / middle.weight();
         let (recovery, check) = ((RECOVERY * samples) as u32 + 1, (RECOVERY_CHECK * samples) as u32 + 1);
-        Rules {
-            clear_hold: clear_hold.max(1),
+        Ok(Rules {
+            raise_hold: hold(config.raise_hold_s).ok_or(ConfigError::RaiseHold)?,
+            clear_hold: hold(config.clear_hold_s).ok_or(ConfigError::ClearHold)?,
             recovery,
-            settling: settling.max(recovery),
+            settling: design.gate.settle_samples().max(recovery),
             check,
             first_check: recovery % check.max(1),
             named_after: ((NAMED_AFTER * samples) as u32).div_ceil(LOOK),
             steady: (samples as u32).div_ceil(LOOK),
             per_sample: middle.variance_ratio(),
-        }
+        })
+    }
+
+    /// Slots that an alarm has been held back when it is raised.
+    #[inline(always)]
+    pub(super) fn held_before_raised(&self) -> u64 {
+        u64::from(self.raise_hold - 1)
     }
 }
 
@@ -141,8 +157,10 @@ impl Alarm {
         let recovering = Flag::any(self.recovery);
         self.settling = self.settling & recovering;
         let beyond = (recovering & !self.settling & Flag::above(fast, RECOVERING_LIMIT)) | (!recovering & any_beyond);
-        let raised = !up & beyond;
-        Outcome { up: (up & !withdrawn) | raised, new: raised & !was_recovering, recovering, settling: self.settling }
+        self.beyond = beyond.count(self.beyond, rules.raise_hold);
+        let raised = !up & Flag::reached(self.beyond, rules.raise_hold);
+        let (up, new, settling) = ((up & !withdrawn) | raised, raised & !was_recovering, self.settling);
+        Outcome { up, new, disturbed: up | recovering | beyond, recovering, settling }
     }
 
     /// Whether the fault seems to be gone, though that is not decided.

@@ -44,6 +44,9 @@ pub struct Config {
     /// How far the mean may follow in all, in sigmas of each channel: a fault that grows as slowly is found when it is beyond.
     /// With 0 the mean is the learned one.
     pub drift_sigmas: f32,
+    /// How long a distance must be beyond its limit before an alarm is raised, s. Every alarm is as late: what it buys is silence
+    /// about disturbances that are over sooner, and that the slower scales have no memory of.
+    pub raise_hold_s: f32,
     /// How long the motor must look healthy before an alarm is withdrawn, s.
     pub clear_hold_s: f32,
     /// Whether an alarm stands until [`acknowledge`](crate::guard::Monitor::acknowledge).
@@ -66,6 +69,7 @@ impl Config {
             converter_steps: [0.0; 3],
             memory_s: 600.0,
             drift_sigmas: 0.5,
+            raise_hold_s: 0.0,
             clear_hold_s: 0.02,
             latch: false,
         }
@@ -99,6 +103,8 @@ pub enum ConfigError {
     Memory,
     /// The reach of the drift must be finite and not negative.
     Drift,
+    /// The hold of the raising must be finite and not negative, and fit into 2^31 samples.
+    RaiseHold,
     /// The hold of the clearing must be finite and not negative, and fit into 2^31 samples.
     ClearHold,
 }
@@ -136,7 +142,6 @@ pub struct Design {
     pub(super) learn_slots: u32,
     pub(super) memory_slots: f32,
     pub(super) drift_sigmas: f32,
-    pub(super) clear_hold: u32,
     pub(super) latch: bool,
 }
 
@@ -150,9 +155,7 @@ impl Design {
         if !(rate > 0.0 && rate.is_finite()) {
             return Err(ConfigError::SampleRate);
         }
-        // 2^31 as f32; written so that NaN is refused.
-        let slots =
-            |seconds: f32| (0.0..2_147_483_648.0).contains(&(seconds * rate)).then_some((seconds * rate) as u32);
+        let slots = |seconds: f32| whole_slots(seconds * rate);
         let gate =
             SetPointGate::new(config.set_point_tolerance, slots(config.settle_s).ok_or(ConfigError::SettleTime)?)?;
         let [fast, middle, slow, trend] = config.time_constants_s;
@@ -194,7 +197,6 @@ impl Design {
             learn_slots,
             memory_slots: (config.memory_s * rate).max(learn_slots as f32),
             drift_sigmas: config.drift_sigmas,
-            clear_hold: slots(config.clear_hold_s).ok_or(ConfigError::ClearHold)?,
             latch: config.latch,
         };
         let (proof, mut expected_peaks) = (20.0 * learn_slots as f32, design.expected_peaks);
@@ -247,6 +249,12 @@ impl Design {
         let [fast, middle, slow] = [fast, middle, slow].map(|scale| scale.variance_ratio());
         [fast, middle, slow, middle * of_trend]
     }
+}
+
+/// Slots that a count with a fraction is, if that is neither negative nor beyond what is counted.
+pub(super) fn whole_slots(slots: f32) -> Option<u32> {
+    // 2^31 as f32; written so that NaN is refused.
+    (0.0..2_147_483_648.0).contains(&slots).then_some(slots as u32)
 }
 
 #[cfg(test)]

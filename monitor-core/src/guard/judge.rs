@@ -135,13 +135,14 @@ impl Judge {
         let over = over(&images); //                                                            is the fault still there?
         let steady = Flag::reached(self.steady, rules.steady);
         let evidence = Evidence { severity, gone: keep.or_zero(over * rules.per_sample), steady };
-        let Outcome { up: now, new, recovering, settling } = self.alarm.step(rules, up, &evidence);
+        let Outcome { up: now, new, disturbed, recovering, settling } = self.alarm.step(rules, up, &evidence);
         let now = now | (Flag::new(design.latch) & up);
         self.follow(design, keep, recovering, deviation);
         self.look_at_fault(design, rules, count, now & !recovering & Flag::negative(over), &images);
         verdict.severity = severity;
-        self.learn(design, count, now | recovering, held, square(images.fast), &verdict.severity);
-        verdict.alarm_since = new.choose_long(verdict.sample, verdict.alarm_since);
+        self.learn(design, count, now | disturbed, held, square(images.fast), &verdict.severity);
+        let since = verdict.sample.wrapping_sub(rules.held_before_raised());
+        verdict.alarm_since = new.choose_long(since, verdict.alarm_since);
         self.still = (up | !now).choose_word(self.still, 0); // what stood still before the alarm was not the fault
         let named = Flag::reached(self.still, rules.named_after);
         verdict.standing =

@@ -444,6 +444,29 @@ fn after_ten_minutes_a_twentieth_of_a_sigma_is_found_within_a_minute_and_its_end
 }
 
 #[test]
+fn with_a_hold_a_disturbance_is_silence_and_a_fault_is_raised_as_late_and_dated_as_when_it_was_seen() {
+    let learned = |raise_hold_s| {
+        let mut watch = Watch::new(&Config { raise_hold_s, ..config() }, 45);
+        watch.run(5_110, |_, x| x);
+        assert!(watch.guard.verdict().phase() == Phase::Monitoring, "and limits are not proven");
+        watch
+    };
+    let (mut at_once, mut held) = (learned(0.0), learned(0.1));
+    // A hundredth of a second, again and again, while limits are proven by the largest distance that is seen.
+    let disturbed = |k: u32, x| if k % 2_000 < 10 { off(Channel::ArmatureCurrent, 5.0)(k, x) } else { x };
+    assert!(first_alarm(&at_once.run(20_000, disturbed)).is_some());
+    assert_eq!(first_alarm(&held.run(20_000, disturbed)), None);
+    let [[fast, ..], [undisturbed, ..]] = [held, Watch::learned(45)].map(|watch| watch.guard.limits().unwrap());
+    assert!(fast < 1.1 * undisturbed, "what is beyond a limit is no tail: {fast} {undisturbed}");
+    let mut held = learned(0.1);
+    let begins = held.guard.verdict().sample() + 1;
+    let verdicts = held.run(1_000, off(Channel::ArmatureCurrent, 5.0));
+    let found = first_alarm(&verdicts).unwrap() as u64;
+    let since = verdicts[found as usize].since().unwrap();
+    assert!((100..120).contains(&found) && since == begins + found - 99, "{found} {since}");
+}
+
+#[test]
 fn settings_that_make_no_sense_are_refused_by_name() {
     let refused = |change: fn(&mut Config)| {
         let mut config = config();
@@ -465,6 +488,7 @@ fn settings_that_make_no_sense_are_refused_by_name() {
     assert_eq!(refused(|c| c.converter_steps[2] = -1.0), ConfigError::ConverterStep(Channel::ArmatureVoltage));
     assert_eq!(refused(|c| c.memory_s = 1.0), ConfigError::Memory);
     assert_eq!(refused(|c| c.drift_sigmas = f32::NAN), ConfigError::Drift);
+    assert_eq!(refused(|c| c.raise_hold_s = -1.0), ConfigError::RaiseHold);
     assert_eq!(refused(|c| c.clear_hold_s = f32::INFINITY), ConfigError::ClearHold);
 }
 
