@@ -17,9 +17,9 @@ use crate::{Failure, different, json, pending, print, print_all, progress, tune}
 
 pub(crate) fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
     match &args.study {
-        StudyCommand::FalseAlarms { motors, hours, common } => {
+        StudyCommand::FalseAlarms { motors, hours, change, common } => {
             let (mode, seed, asked) = common.settings();
-            make(&FalseAlarms { mode, seed, asked, motors: *motors, hours: *hours }, common)
+            make(&FalseAlarms { mode, seed, asked, motors: *motors, hours: *hours, change_s: *change }, common)
         }
         StudyCommand::Delay { seeds, sizes, common } => {
             let (mode, seed, asked) = common.settings();

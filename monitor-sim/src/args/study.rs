@@ -15,6 +15,8 @@ Examples:
   monitor-sim study false-alarms --motors 100 --hours 50 --asked 0.1
   monitor-sim study false-alarms --hours 1000 --motors 1000 --resume units.jsonl --out result.json
       an interrupted study goes on where it was when it is started again
+  monitor-sim study false-alarms --change 30 --hours 20 --json | jq '.rows[0].judged_share'
+      missions that change their speed every 30 s: how much of them is judged?
   monitor-sim study delay --asked 3.6 --page delay.html
   monitor-sim study ramp --seeds 50 --json | jq '.rows[0]'
   monitor-sim study localization --motors 1000
@@ -84,6 +86,9 @@ pub(crate) enum StudyCommand {
         /// Hours judged, over all motors
         #[arg(long, value_name = "H", default_value_t = 2.0, allow_negative_numbers = true, value_parser = positive)]
         hours: f64,
+        /// Seconds from one set point to the next, of nine from 60 % of the motor's own up; one set point if left out
+        #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = positive)]
+        change: Option<f64>,
         #[command(flatten)]
         common: CommonArgs,
     },

@@ -1,5 +1,8 @@
-//! `study false-alarms`: hours of fault-free operation over random motors, each with limits of its own.
+//! `study false-alarms`: hours of fault-free operation over random motors, each with limits of its own, at one set point or at
+//! many.
 
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
@@ -12,10 +15,18 @@ use crate::chart::{Axis, Range, range_chart};
 use crate::page::Block;
 use crate::plant::Plant;
 use crate::random_motor::random_motor;
-use crate::scenario::Scenario;
+use crate::scenario::{Scenario, SetPoint};
 use crate::tables::{TextTable, significant};
 
 const SECONDS_PER_HOUR: f64 = 3600.0;
+
+/// Set points of a mission that changes them, as shares of the motor's own: each of these is as likely as another, after the
+/// highest and the lowest.
+const LEVELS: u32 = 9;
+const LOWEST: f64 = 0.6;
+
+/// What such a mission tells its monitor of the loop: nothing is learned for 2 s, then two seeding windows of 1 s come.
+const SETTLE_S: f64 = 4.0;
 
 /// Motors that are pictured by themselves.
 const PICTURED_MOTORS: usize = 12;
@@ -33,6 +44,24 @@ pub struct FalseAlarms {
     pub motors: u64,
     /// Hours judged, over all motors.
     pub hours: f64,
+    /// How long a set point stands before another one is taken, s; for ever if none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub change_s: Option<f64>,
+}
+
+/// The set points of a mission that changes them, of a motor whose own is the highest.
+fn changing(motor: &Scenario, change_s: f64, duration_s: f64, seed: u64) -> Vec<SetPoint> {
+    let mut draw = ChaCha8Rng::seed_from_u64(seed_of(seed, purpose::DRAW, 0));
+    let own = motor.set_point(0.0);
+    let changes = (duration_s / change_s).ceil() as u32;
+    let level = |n: u32| match n {
+        0 => LEVELS - 1,
+        1 => 0,
+        _ => draw.random_range(0..LEVELS),
+    };
+    let share = |level: u32| LOWEST + (1.0 - LOWEST) * f64::from(level) / f64::from(LEVELS - 1);
+    let levels = (0..changes).map(level);
+    levels.enumerate().map(|(n, at)| SetPoint { at_s: n as f64 * change_s, rad_per_s: own * share(at) }).collect()
 }
 
 /// What one motor did.
@@ -42,6 +71,8 @@ pub struct MotorAlarms {
     flight_seed: u64,
     rate_hz: f64,
     alarms: Alarms,
+    /// Samples of the flight.
+    flown: u64,
     limits: Limits,
     steps: u64,
 }
@@ -91,13 +122,19 @@ impl Study for FalseAlarms {
         let motor = random_motor(motor_seed);
         let limits = limits_of(self.mode, &self.asked, &motor, motor_seed)?;
         let duration_s = motor.learn.end_s + self.hours * SECONDS_PER_HOUR / self.motors as f64;
-        let scenario = Scenario { duration_s, ..motor };
+        let set_points = match self.change_s {
+            Some(change_s) => changing(&motor, change_s, duration_s, motor_seed),
+            None => motor.set_points.clone(),
+        };
+        let scenario = Scenario { duration_s, set_points, ..motor };
         scenario.validate()?;
-        let mut watch = self.mode.watch(&Known::of(&scenario), &limits)?;
+        let known = Known::of(&scenario);
+        let settle_s = self.change_s.map_or(known.settle_s, |_| SETTLE_S);
+        let mut watch = self.mode.watch(&Known { settle_s, ..known }, &limits)?;
         let mut alarms = Alarms::default();
         let flown = fly(Plant::exponential(&scenario, flight_seed), watch.as_mut(), |_, _, said| alarms.push(said));
         let steps = flown + calibration_steps(&limits, &self.asked, &scenario);
-        Ok(MotorAlarms { motor_seed, flight_seed, rate_hz: scenario.rate_hz(), alarms, limits, steps })
+        Ok(MotorAlarms { motor_seed, flight_seed, rate_hz: scenario.rate_hz(), alarms, flown, limits, steps })
     }
 
     fn findings(&self, (): &(), units: &[MotorAlarms]) -> Findings {
@@ -105,27 +142,32 @@ impl Study for FalseAlarms {
         let hours: f64 = units.iter().map(hours_of).sum();
         let alarms: u64 = units.iter().map(|unit| unit.alarms.begun).sum();
         let stood_s: f64 = units.iter().map(|unit| unit.alarms.stood as f64 / unit.rate_hz).sum();
+        let flown: u64 = units.iter().map(|unit| unit.flown).sum();
+        let judged_share = units.iter().map(|unit| unit.alarms.judged).sum::<u64>() as f64 / flown.max(1) as f64;
         let affected = units.iter().filter(|unit| unit.alarms.begun > 0).count();
         let [low, high] = interval(alarms).map(|count| count / hours);
         let rate = alarms as f64 / hours;
         let total = json!({
             "row": "total", "seed": self.seed, "motors": units.len(), "motors_with_alarms": affected, "hours": hours, "alarms": alarms,
             "alarms_per_hour": rate, "alarms_per_hour_low_95": low, "alarms_per_hour_high_95": high,
-            "asked_per_hour": self.asked.false_alarms_per_hour, "alarm_s": stood_s,
+            "asked_per_hour": self.asked.false_alarms_per_hour, "alarm_s": stood_s, "judged_share": judged_share,
+            "change_s": self.change_s,
         });
         let rows = units.iter().map(|unit| {
             json!({
                 "row": "motor", "motor_seed": unit.motor_seed, "flight_seed": unit.flight_seed,
-                "hours": hours_of(unit), "alarms": unit.alarms.begun,
+                "hours": hours_of(unit), "judged_share": unit.alarms.judged as f64 / unit.flown.max(1) as f64, "alarms": unit.alarms.begun,
                 "alarm_s": unit.alarms.stood as f64 / unit.rate_hz, "thresholds": unit.limits.thresholds,
             })
         });
-        let header = ["motors", "with alarms", "hours", "alarms", "per hour", "95 % from", "to", "asked for"];
+        let header =
+            ["motors", "with alarms", "hours", "judged, %", "alarms", "per hour", "95 % from", "to", "asked for"];
         let caption = "False alarms of fault-free random motors, with the exact Poisson interval";
         let row = [
             units.len().to_string(),
             affected.to_string(),
             significant(hours),
+            format!("{:.1}", 100.0 * judged_share),
             alarms.to_string(),
             significant(rate),
             significant(low),
@@ -133,9 +175,11 @@ impl Study for FalseAlarms {
             significant(self.asked.false_alarms_per_hour),
         ];
         let summary = format!(
-            "{alarms} false alarms in {} hours of {} motors: {} an hour (95 %: {} to {}), {} asked for.",
+            "{alarms} false alarms in {} judged hours of {} motors ({:.1} % of the time): {} an hour (95 %: {} to {}), {} asked \
+             for.",
             significant(hours),
             units.len(),
+            100.0 * judged_share,
             significant(rate),
             significant(low),
             significant(high),
