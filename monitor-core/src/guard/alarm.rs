@@ -29,6 +29,11 @@ const RECOVERING_LIMIT: f32 = 2.5;
 /// a time constant of 8 checks or quicker.
 const STILL_FALLING: f32 = 0.8;
 
+/// The same after a change of the set point: a speed loop may be as slow as it likes, so it is asked less often, and given more
+/// time for as long as it comes down.
+const SETTLING_CHECK: f32 = 16.0;
+const STILL_SETTLING: f32 = 0.5;
+
 /// Time for which a deviation must have stood still before it is named, in time constants of the middle scale.
 const NAMED_AFTER: f32 = 1.0;
 
@@ -45,6 +50,7 @@ pub(super) struct Rules {
     /// Longest that a loop is given to settle at a known set point.
     settling: u32,
     check: u32,
+    settling_check: u32,
     /// Slots until the first check, so that the last falls on the end.
     first_check: u32,
     /// Looks for which a deviation must have stood still before it is named.
@@ -71,7 +77,7 @@ pub(super) struct Alarm {
     until_check: u32,
     /// Slots for which the middle scale has been quiet while they had none.
     recovered: u32,
-    /// The middle scale's distance at the last check.
+    /// The middle scale's distance at the last check, or at the last by which it had come down.
     falling_from: f32,
     /// Whether it is the set point that has changed: then no scale has a vote, and none says that a fault is gone.
     settling: Flag,
@@ -108,13 +114,15 @@ impl Rules {
         let hold = |seconds: f32| whole_slots(seconds * config.sample_rate_hz).map(|slots| slots.max(1));
         let [_, middle, ..] = &design.scales;
         let samples = 1.0 / middle.weight();
-        let (recovery, check) = ((RECOVERY * samples) as u32 + 1, (RECOVERY_CHECK * samples) as u32 + 1);
+        let [recovery, check, settling_check] =
+            [RECOVERY, RECOVERY_CHECK, SETTLING_CHECK].map(|constants| (constants * samples) as u32 + 1);
         Ok(Rules {
             raise_hold: hold(config.raise_hold_s).ok_or(ConfigError::RaiseHold)?,
             clear_hold: hold(config.clear_hold_s).ok_or(ConfigError::ClearHold)?,
             recovery,
             settling: design.gate.settle_samples().max(recovery),
             check,
+            settling_check,
             first_check: recovery % check.max(1),
             named_after: ((NAMED_AFTER * samples) as u32).div_ceil(LOOK),
             steady: (samples as u32).div_ceil(LOOK),
@@ -132,7 +140,7 @@ impl Rules {
 impl Alarm {
     /// As after a change to a known set point: nothing has a vote until the loop has settled.
     pub(super) fn settling(rules: &Rules) -> Self {
-        let (recovery, until_check) = (rules.settling, rules.check);
+        let (recovery, until_check) = (rules.settling, 2 * rules.check);
         Alarm { recovery, until_check, falling_from: f32::MAX, settling: Flag::new(true), ..Alarm::default() }
     }
 
@@ -176,13 +184,19 @@ impl Alarm {
     fn recover(&mut self, rules: &Rules, middle: f32, steady: Flag, withdrawn: Flag, is_gone: Flag) {
         let (quiet, check) = (Flag::below(middle, QUIET), !Flag::any(self.until_check));
         self.recovered = quiet.count(self.recovered, rules.check);
-        let falls = !Flag::above(middle, STILL_FALLING * self.falling_from);
+        let still = self.settling.choose(STILL_SETTLING, STILL_FALLING);
+        let falls = !Flag::above(middle, still * self.falling_from);
         let stands = check & !quiet & !falls & (steady | !self.settling);
         let over = stands | Flag::reached(self.recovered, rules.check);
-        let left = (!over).choose_word(self.recovery - Flag::any(self.recovery).bit(), 0);
+        let more = check & falls & self.settling;
+        let left = more.choose_word(rules.settling, self.recovery - Flag::any(self.recovery).bit());
+        let left = (!over).choose_word(left, 0);
+        let every = self.settling.choose_word(rules.settling_check, rules.check);
         let begins = withdrawn & is_gone;
         self.recovery = begins.choose_word(rules.recovery, left);
-        self.until_check = begins.choose_word(rules.first_check, check.choose_word(rules.check, self.until_check) - 1);
-        self.falling_from = withdrawn.choose(f32::MAX, check.choose(middle, self.falling_from));
+        self.until_check = begins.choose_word(rules.first_check, check.choose_word(every, self.until_check) - 1);
+        // A loop that swings comes down again and again, but not to ever less.
+        let next = check & (falls | !self.settling);
+        self.falling_from = withdrawn.choose(f32::MAX, next.choose(middle, self.falling_from));
     }
 }
