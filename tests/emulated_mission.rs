@@ -233,16 +233,20 @@ fn guard_mode_knows_and_says_the_same_on_host_and_target_to_the_last_bit_and_its
 const ROUGH_HZ: f32 = 200.0;
 
 /// Whatever a monitor in `guard` mode can meet: windows that are refused, sensors that stick or are silent, a gap, a set point
-/// that moves while a fault stands, one that is recalled.
+/// that moves while a fault stands, one that is recalled, and one between two that are known.
 fn rough_ride() -> Vec<Arrival> {
     let mut state = 1_u64;
     let mut noise = move || {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (state >> 40) as f32 / (1 << 23) as f32 - 1.0
     };
-    (0..23_000_u32)
+    (0..26_000_u32)
         .map(|k| {
-            let set_point = if (15_500..20_000).contains(&k) { 200.0 } else { 300.0 };
+            let set_point = match k {
+                15_500..20_000 => 200.0,
+                23_000.. => 250.0,
+                _ => 300.0,
+            };
             let mut load = 0.002 * (set_point - 100.0);
             // Slots 4,200 and 7,600 end a window of 3,000: one with spikes, and one in which the load has risen.
             load += if (6_100..7_600).contains(&k) { 0.02 } else { 0.0 };
@@ -303,6 +307,8 @@ fn refused_windows_lost_sensors_and_moving_set_points_are_the_same_on_host_and_t
     assert_eq!(learned.len(), 3, "none, and two: {learned:?}");
     let judged = |at: usize| host[at][3] != u32::MAX;
     assert!(!judged(17_000) && judged(20_600), "{log:#?}");
+    // One between them is judged when it has been seeded, for 5 s, and not for a window of 15.
+    assert!(!judged(23_900) && judged(24_200) && judged(25_999), "{log:#?}");
 }
 
 #[test]
