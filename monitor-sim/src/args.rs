@@ -6,7 +6,7 @@ pub(crate) mod watch;
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 
 use monitor_sim::inject::Injection;
 use monitor_sim::log::{ColumnRef, Delimiter};
@@ -94,6 +94,7 @@ pub(crate) enum Command {
     Replay(Box<ReplayArgs>),
     /// Watch a mission or a log in the terminal while it is judged
     #[command(after_help = watch::EXAMPLES)]
+    #[command(group = ArgGroup::new("known").args(["learn", "models"]))]
     #[command(mut_arg("speed", |arg| arg.requires("log")))]
     #[command(mut_arg("channel", |arg| arg.requires("log")))]
     #[command(mut_arg("set_point", |arg| arg.requires("log")))]

@@ -165,3 +165,31 @@ fn a_mission_is_judged_from_its_settling_on_by_what_another_flight_learned() {
     desk.refuses("--mode paper --models m.models", &["--models", "guard mode"]);
     desk.refuses("--scenario short.toml --save-models gone/m", &["gone/m", "--save-models"]);
 }
+
+#[test]
+fn a_mission_and_a_log_are_watched_by_what_was_learned_before() {
+    let desk = learned(&faulty_from_the_first_row());
+    let frame = |arguments: &str| {
+        let printed = desk.run(&format!("watch {arguments}")).success().stderr("").get_output().stdout.clone();
+        String::from_utf8(printed).unwrap()
+    };
+    let log = format!("log.csv {COLUMNS} {CONSTANTS} --models m.models --relearn 20");
+    let text = frame(&format!("{log} --print-at 3"));
+    assert!(text.contains("ALARM  F2 speed sensor"), "{text}");
+
+    desk.write("short.toml", SHORT);
+    desk.run("--scenario short.toml --save-models flown.models").success();
+    // A fault in what would be the learning window.
+    desk.write("early.toml", SHORT.replace("start_s = 15.0", "start_s = 4.0"));
+    let early = "--scenario early.toml --seed 2 --print-at 7";
+    let text = frame(&format!("{early} --models flown.models"));
+    assert!(text.contains("ALARM  F3 current sensor"), "{text}");
+    assert!(frame(early).contains("learning what healthy means"));
+
+    desk.refuses(&format!("watch {early} --mode paper --models flown.models"), &["--models", "guard mode"]);
+    desk.refuses(&format!("watch {log} --mode paper --print-at 3"), &["--models", "guard mode"]);
+    desk.refuses(&format!("watch {log} --learn 0..100 --print-at 3"), &["--learn", "--models"]);
+    desk.refuses(&format!("watch {early} --models early.toml"), &["'early.toml'", "model 1"]);
+    desk.refuses(&format!("watch {early} --models flown.models --relearn 9"), &["--relearn", "LOG"]);
+    desk.refuses(&format!("watch log.csv {COLUMNS} --models flown.models --print-at 3"), &["flown.models", "1000 Hz"]);
+}
