@@ -83,7 +83,7 @@ h1{font-size:1.6rem;line-height:1.25;margin:0 0 .5rem}h2{font-size:1.2rem;margin
 nav ul{display:flex;flex-wrap:wrap;gap:.25rem 1.25rem;list-style:none;margin:0;padding:0}
 a{color:var(--link)}a:focus-visible,summary:focus-visible,.scroll:focus-visible,th button:focus-visible{outline:3px solid var(--link);outline-offset:2px}
 figure{margin:1.25rem 0}figcaption,.caption{color:var(--muted);margin:1.5rem 0 .3rem;font-size:.95rem}
-.scroll{overflow-x:auto}.pictures>svg{display:block;width:100%;min-width:640px;height:auto}.fits>svg.time{min-width:0}
+.scroll{overflow-x:auto}.pictures>svg{display:block;width:100%;min-width:800px;height:auto}.fits>svg.time{min-width:0}
 svg text{font-family:system-ui,-apple-system,"Segoe UI",Roboto,sans-serif}
 .legend{display:flex;flex-wrap:wrap;gap:.2rem 1.25rem;list-style:none;margin:.2rem 0;padding:0;font-size:.9rem}
 .legend i{display:inline-block;width:1.4rem;height:.7rem;margin-right:.45rem;vertical-align:baseline;border-radius:2px}

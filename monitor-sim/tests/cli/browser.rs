@@ -136,7 +136,7 @@ fn the_page_opens_without_a_word_on_the_console_and_every_picture_is_there() {
 
 fn assert_pictured(pictures: &[PictureSeen]) {
     for PictureSeen { alternative, width, drawn, crowded } in pictures {
-        assert!(*width >= 640.0 && *drawn && !alternative.is_empty(), "{alternative:?} is {width} wide");
+        assert!(*width >= 800.0 && *drawn && !alternative.is_empty(), "{alternative:?} is {width} wide");
         assert!(crowded.is_empty(), "no room for {crowded:?} in {alternative:?}");
     }
 }
