@@ -114,6 +114,9 @@ fn a_set_point_that_is_not_among_the_models_is_never_taken_for_a_known_one() {
     let desk = Desk::with("healthy.csv", &healthy());
     desk.run(&format!("replay healthy.csv {GUARD} --set-point set_point --save-models m.models")).success();
     let judge = "--models m.models --relearn 20";
+    let all = ["--learn <A..B>", "--models <FILE|DIR>", "--baseline <FILE>"];
+    desk.refuses(&format!("replay healthy.csv {COLUMNS}"), &all);
+    desk.refuses(&format!("replay healthy.csv {COLUMNS} {judge} --learn 0..200"), &["--learn", "--models"]);
     desk.refuses(&format!("replay healthy.csv {COLUMNS} {judge}"), &["set points 300", "--set-point"]);
     desk.write("other.csv", healthy().replace(",300,", ",200,"));
     let report = desk.json(&format!("replay other.csv {COLUMNS} --set-point set_point {judge}"), 0);
@@ -164,6 +167,7 @@ fn a_mission_is_judged_from_its_settling_on_by_what_another_flight_learned() {
     desk.refuses("--scenario short.toml --models m.models --false-alarms-per-hour 1", &["--false-alarms-per-hour"]);
     desk.refuses("--mode paper --models m.models", &["--models", "guard mode"]);
     desk.refuses("--scenario short.toml --save-models gone/m", &["gone/m", "--save-models"]);
+    desk.refuses("--scenario short.toml --models gone.models", &["'gone.models'", "No such file", "or learn instead"]);
 }
 
 #[test]
