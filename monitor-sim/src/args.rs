@@ -6,7 +6,7 @@ pub(crate) mod watch;
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 
 use monitor_sim::inject::Injection;
 use monitor_sim::log::{ColumnRef, Delimiter};
@@ -18,7 +18,7 @@ Examples:
   monitor-sim                                 fly the paper's mission, write tables and page
   monitor-sim --faults ramp --seed 7          the same with growing faults and other noise
   monitor-sim --mode paper                    the paper's method, with the paper's tables
-  monitor-sim --save-models motor.models      keep what was learned; --models motor.models judges by it
+  monitor-sim --save-models motor.models      keep what was learned, for --models
   monitor-sim --scenario my.toml --out DIR    a mission of your own
   monitor-sim --json | jq .faults             the tables for machines
   monitor-sim scenario > my.toml              a scenario to edit
@@ -90,10 +90,11 @@ pub(crate) enum Command {
     /// Replay a recorded log: learn over a window, judge the rest
     #[command(mut_arg("speed", |arg| arg.required_unless_present("channel")))]
     #[command(mut_arg("rate_hz", |arg| arg.required(true)))]
-    #[command(mut_arg("learn", |arg| arg.required_unless_present_any(["baseline", "models"])))]
+    #[command(group = ArgGroup::new("known").args(["learn", "models", "baseline"]).required(true))]
     Replay(Box<ReplayArgs>),
     /// Watch a mission or a log in the terminal while it is judged
     #[command(after_help = watch::EXAMPLES)]
+    #[command(group = ArgGroup::new("known").args(["learn", "models"]))]
     #[command(mut_arg("speed", |arg| arg.requires("log")))]
     #[command(mut_arg("channel", |arg| arg.requires("log")))]
     #[command(mut_arg("set_point", |arg| arg.requires("log")))]
@@ -224,11 +225,11 @@ pub(crate) struct ReplayArgs {
     pub(crate) how: LogArgs,
     /// With --mode paper: judge from the first row by a baseline that an earlier replay wrote (baseline.toml), instead of
     /// learning
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["learn", "margin", "limits", "cutoff_hz"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["margin", "limits", "cutoff_hz"])]
     pub(crate) baseline: Option<PathBuf>,
     /// In guard mode: judge by what was learned before (--save-models, or a dump of a board's flash) from the first row on which
     /// the motor has settled, instead of learning. In a directory each log has a file of its name, ending in .models
-    #[arg(long, value_name = "FILE|DIR", conflicts_with_all = ["learn", "baseline"])]
+    #[arg(long, value_name = "FILE|DIR")]
     pub(crate) models: Option<PathBuf>,
     /// In guard mode: write what is known of each set point at the end, for --models; of several logs, a file for each in a
     /// directory

@@ -1,4 +1,4 @@
-//! Pictures as SVG: signals over time, logical outputs over time, bars.
+//! Pictures as SVG: signals over time, logical outputs over time, bars, results of many runs.
 //!
 //! A picture stands as it is drawn, on paper and without script. Elements say by class what they are and by `data-`
 //! attributes what they show, so that the page's style sheet gives them the colours of each theme ([`STYLE`]) and its script
@@ -9,12 +9,14 @@ mod drawing;
 mod codes;
 mod time;
 mod bars;
+mod grid;
 mod points;
 
 use crate::envelope::Envelope;
 use crate::intervals::Interval;
 
 pub use bars::bar_chart;
+pub use grid::{Grid, GridRow, Share, bar_grid, shade_grid};
 pub use points::{Axis, Line, Range, line_chart, range_chart};
 pub use time::{logic_chart, time_chart};
 
@@ -24,11 +26,11 @@ const SERIES: usize = 4;
 /// The colours of the pictures in both themes: Okabe and Ito's palette, which colour-blind readers tell apart,
 /// brightened for the dark one.
 pub const STYLE: &str = r##"
-:root{--ink:#1c2733;--grid:#d9dfe5;--band:#7a8794;--limit:#c0392b;--s0:#0072b2;--s1:#c65a00;--s2:#008a63;--s3:#8a4f9e}
-@media(prefers-color-scheme:dark){:root{--ink:#dfe6ee;--grid:#33404d;--band:#93a4b5;--limit:#ff8a75;--s0:#5cb8f2;--s1:#f0a04b;--s2:#3fd0a0;--s3:#d79be8}}
-@media print{:root{--ink:#000;--grid:#ccc;--band:#888;--limit:#b00;--s0:#0072b2;--s1:#c65a00;--s2:#008a63;--s3:#8a4f9e}}
-svg text{font-size:14px;fill:var(--ink)}.mid{text-anchor:middle}.end{text-anchor:end}
-.field{fill:transparent}.axis{fill:none;stroke:var(--ink)}.grid{fill:none;stroke:var(--grid)}
+:root{--ink:#1c2733;--on:#fff;--grid:#d9dfe5;--band:#7a8794;--limit:#c0392b;--s0:#0072b2;--s1:#c65a00;--s2:#008a63;--s3:#8a4f9e}
+@media(prefers-color-scheme:dark){:root{--ink:#dfe6ee;--on:#12181f;--grid:#33404d;--band:#93a4b5;--limit:#ff8a75;--s0:#5cb8f2;--s1:#f0a04b;--s2:#3fd0a0;--s3:#d79be8}}
+@media print{:root{--ink:#000;--on:#fff;--grid:#ccc;--band:#888;--limit:#b00;--s0:#0072b2;--s1:#c65a00;--s2:#008a63;--s3:#8a4f9e}}
+svg text{font-size:14px;fill:var(--ink)}.mid{text-anchor:middle}.end{text-anchor:end}svg .on{fill:var(--on);font-weight:600}
+.field{fill:transparent}.empty{fill:none;stroke:var(--grid)}.axis{fill:none;stroke:var(--ink)}.grid{fill:none;stroke:var(--grid)}
 .s0{color:var(--s0)}.s1{color:var(--s1)}.s2{color:var(--s2)}.s3{color:var(--s3)}
 .half{opacity:.45}.curve{fill:none;stroke:currentColor;stroke-linejoin:bevel}.solid{fill:currentColor}
 .band{fill:var(--band);fill-opacity:.18}.limit{fill:none;stroke:var(--limit);stroke-width:2;stroke-dasharray:9 5}
@@ -141,6 +143,15 @@ impl Swatch {
             Swatch::Series(k) => format!("var(--{})", series_class(k)),
             Swatch::Limit => "var(--limit)".to_owned(),
             Swatch::Band => "var(--band)".to_owned(),
+        }
+    }
+
+    /// The class of an area of its kind.
+    fn class(self) -> String {
+        match self {
+            Swatch::Series(k) => format!("solid {}", series_class(k)),
+            Swatch::Limit => "limit".to_owned(),
+            Swatch::Band => "band".to_owned(),
         }
     }
 }

@@ -42,7 +42,8 @@ fn main() -> ExitCode {
         Some(Command::Scenario) => print_all(monitor_sim::scenario::FIGURE_1_TOML),
     };
     done.unwrap_or_else(|failure| {
-        eprintln!("error: {failure}");
+        // A reader of TOML ends its message with a line.
+        eprintln!("error: {}", failure.to_string().trim_end());
         ExitCode::from(WRONG_INPUT)
     })
 }

@@ -75,7 +75,7 @@ impl Models {
     pub fn read(path: &Path) -> Result<Self, ModelsError> {
         let refused = |why: String| ModelsError { path: path.to_owned(), why };
         let bytes = std::fs::read(path).map_err(|error| {
-            refused(format!("{error}; give a file that --save-models wrote, or learn with --learn"))
+            refused(format!("{error}; give a file that --save-models wrote, or learn instead (a log: with --learn)"))
         })?;
         let mut stored = Vec::new();
         for (place, record) in bytes.chunks(Stored::BYTES).enumerate() {

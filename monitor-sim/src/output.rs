@@ -1,10 +1,10 @@
 //! Files that are whole or not there: written beside their place, then moved into it.
 
-use std::fs;
+use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use tempfile::NamedTempFile;
+use tempfile::TempPath;
 
 /// Why something could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -63,7 +63,7 @@ impl OutputDir {
     pub fn prepare_for(path: &Path, option: &'static str) -> Result<Self, OutputError> {
         let failed = |source| OutputError::Directory { path: path.to_owned(), option, source };
         fs::create_dir_all(path).map_err(failed)?;
-        NamedTempFile::new_in(path).map_err(failed)?;
+        new_in(path).map_err(failed)?;
         Ok(OutputDir(path.to_owned()))
     }
 
@@ -106,12 +106,19 @@ pub fn spares(input: &Path, output: &Path, option: &'static str) -> Result<(), O
     }
 }
 
-/// A file that appears under its name only when it is finished.
+/// A file of a name that nobody has, which goes with its path; not by tempfile's own way, which says that name in every error.
+fn new_in(directory: &Path) -> std::io::Result<(File, TempPath)> {
+    tempfile::Builder::new().make_in(directory, |path| File::create_new(path)).map(tempfile::NamedTempFile::into_parts)
+}
+
+/// A file that appears under its name only when it is finished. What is no file, such as a pipe, is written to as it is.
 #[derive(Debug)]
 pub struct PendingFile {
     path: PathBuf,
     option: &'static str,
-    writer: BufWriter<NamedTempFile>,
+    writer: BufWriter<File>,
+    /// Where it is written first.
+    beside: Option<TempPath>,
 }
 
 impl PendingFile {
@@ -121,12 +128,16 @@ impl PendingFile {
     /// [`OutputError::File`] when the system refuses.
     pub fn create(path: &Path, option: &'static str) -> Result<Self, OutputError> {
         let failed = |source| OutputError::File { path: path.to_owned(), option, source };
-        if path.is_dir() {
-            return Err(failed(std::io::ErrorKind::IsADirectory.into()));
-        }
-        let directory = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let writer = BufWriter::with_capacity(1 << 16, NamedTempFile::new_in(directory).map_err(failed)?);
-        Ok(PendingFile { path: path.to_owned(), option, writer })
+        let (file, beside) = match fs::metadata(path) {
+            Ok(there) if there.is_dir() => return Err(failed(std::io::ErrorKind::IsADirectory.into())),
+            Ok(there) if !there.is_file() => (File::options().write(true).open(path).map_err(failed)?, None),
+            _ => {
+                let directory = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+                let (file, beside) = new_in(directory).map_err(failed)?;
+                (file, Some(beside))
+            }
+        };
+        Ok(PendingFile { path: path.to_owned(), option, writer: BufWriter::with_capacity(1 << 16, file), beside })
     }
 
     /// The error for something that went wrong while writing this file.
@@ -149,25 +160,13 @@ impl PendingFile {
     /// # Errors
     /// [`OutputError::File`] when the system refuses.
     pub fn finish(self) -> Result<PathBuf, OutputError> {
-        let PendingFile { path, option, writer } = self;
+        let PendingFile { path, option, writer, beside } = self;
         let failed = |source| OutputError::File { path: path.clone(), option, source };
-        let file = writer.into_inner().map_err(|e| failed(e.into_error()))?;
-        make_readable(file.as_file()).map_err(failed)?;
-        file.persist(&path).map_err(|e| failed(e.error))?;
+        // Closed before it is moved: not every system moves what is open.
+        drop(writer.into_inner().map_err(|e| failed(e.into_error()))?);
+        beside.map_or(Ok(()), |beside| beside.persist(&path)).map_err(|e| failed(e.error))?;
         Ok(path)
     }
-}
-
-/// A temporary file is readable by its owner alone; a result should be readable as any other file is.
-#[cfg(unix)]
-fn make_readable(file: &fs::File) -> std::io::Result<()> {
-    use std::os::unix::fs::PermissionsExt;
-    file.set_permissions(fs::Permissions::from_mode(0o644))
-}
-
-#[cfg(not(unix))]
-fn make_readable(_: &fs::File) -> std::io::Result<()> {
-    Ok(())
 }
 
 impl Write for PendingFile {
@@ -198,7 +197,7 @@ mod tests {
 
     #[test]
     fn a_directory_that_is_a_file_is_refused_with_its_name_and_the_remedy() {
-        let file = NamedTempFile::new().unwrap();
+        let file = tempfile::NamedTempFile::new().unwrap();
         let message = OutputDir::prepare(file.path()).unwrap_err().to_string();
         assert!(message.contains("--out DIR") && message.contains(file.path().to_str().unwrap()), "{message}");
     }

@@ -75,15 +75,16 @@ const KEYS: &str = "Pictures over time share one view. Drag over a stretch, or t
 
 const LAYOUT: &str = r#"
 *{box-sizing:border-box}
-:root{color-scheme:light dark;--page:#fff;--soft:#f4f6f8;--muted:#51606f;--link:#005a9c}
-@media(prefers-color-scheme:dark){:root{--page:#12181f;--soft:#1b242d;--muted:#a4b2c0;--link:#7cc4ff}}
+:root{color-scheme:light dark;--page:#fff;--soft:#f4f6f8;--muted:#51606f;--link:#005a9c;--more:#51606f66}
+@media(prefers-color-scheme:dark){:root{--page:#12181f;--soft:#1b242d;--muted:#a4b2c0;--link:#7cc4ff;--more:#a4b2c066}}
 body{overflow-wrap:anywhere;margin:0 auto;padding:1.5rem clamp(1rem,4vw,3rem) 3rem;max-width:82rem;background:var(--page);color:var(--ink);font:16px/1.5 system-ui,-apple-system,"Segoe UI",Roboto,sans-serif}
 h1{font-size:1.6rem;line-height:1.25;margin:0 0 .5rem}h2{font-size:1.2rem;margin:2.5rem 0 .75rem;padding-top:.5rem;border-top:1px solid var(--grid)}
 .summary{font-size:1.1rem;margin:.25rem 0 1rem}
 nav ul{display:flex;flex-wrap:wrap;gap:.25rem 1.25rem;list-style:none;margin:0;padding:0}
 a{color:var(--link)}a:focus-visible,summary:focus-visible,.scroll:focus-visible,th button:focus-visible{outline:3px solid var(--link);outline-offset:2px}
 figure{margin:1.25rem 0}figcaption,.caption{color:var(--muted);margin:1.5rem 0 .3rem;font-size:.95rem}
-.scroll{overflow-x:auto}.pictures>svg{display:block;width:100%;min-width:640px;height:auto}.fits>svg.time{min-width:0}
+.scroll{overflow-x:auto;background:linear-gradient(90deg,var(--page) 40%,transparent) left/2.5rem,linear-gradient(270deg,var(--page) 40%,transparent) right/2.5rem,linear-gradient(90deg,var(--more),transparent) left/1rem,linear-gradient(270deg,var(--more),transparent) right/1rem;background-repeat:no-repeat;background-attachment:local,local,scroll,scroll}
+svg:not(.time)>.plot{overflow:visible}.pictures>svg{display:block;width:100%;min-width:800px;height:auto}.fits>svg.time{min-width:0}
 svg text{font-family:system-ui,-apple-system,"Segoe UI",Roboto,sans-serif}
 .legend{display:flex;flex-wrap:wrap;gap:.2rem 1.25rem;list-style:none;margin:.2rem 0;padding:0;font-size:.9rem}
 .legend i{display:inline-block;width:1.4rem;height:.7rem;margin-right:.45rem;vertical-align:baseline;border-radius:2px}
@@ -96,8 +97,9 @@ footer{margin-top:3rem;color:var(--muted);font-size:.9rem}
 .keys{color:var(--muted);font-size:.9rem;margin:.75rem 0 0}.pictures{touch-action:pan-x pan-y}.pictures.zoomed{touch-action:pan-y}
 .cross{stroke:var(--ink);stroke-opacity:.6;pointer-events:none}.picked{fill:var(--link);fill-opacity:.2;pointer-events:none}
 .read{position:fixed;inset:auto 0 0 0;display:flex;flex-wrap:wrap;justify-content:center;gap:0 1.25rem;padding:.4rem 1rem;background:var(--soft);border-top:1px solid var(--grid);font-size:.9rem;font-variant-numeric:tabular-nums}.read[hidden]{display:none}
+@media(max-width:40rem){tbody th{white-space:normal;min-width:9rem}}
 th button{font:inherit;color:var(--link);background:none;border:0;padding:0;cursor:pointer;text-decoration:underline}
-@media print{body{max-width:none;padding:0;font-size:11pt}nav,.keys,.read{display:none}h2,.caption,figcaption,.legend{break-after:avoid}figure,table,.pictures>svg{break-inside:avoid}.scroll{overflow:visible}.pictures>svg{min-width:0}}
+@media print{body{max-width:none;padding:0;font-size:11pt}nav,.keys,.read{display:none}h2,.caption,figcaption,.legend{break-after:avoid}figure,table,.caption,.pictures>svg{break-inside:avoid}table{font-size:8pt;overflow-wrap:normal}th,td{white-space:normal;padding:.25rem .4rem}.legend i{print-color-adjust:exact;-webkit-print-color-adjust:exact}.scroll{overflow:visible;background:none}.pictures>svg{min-width:0}}
 "#;
 
 impl Section {

@@ -246,11 +246,12 @@ pub fn significant(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{value}");
     }
-    let magnitude = value.abs().log10().floor();
-    if !(-5.0..6.0).contains(&magnitude) {
-        return format!("{value:.3e}");
+    // Of what is shown: 9.9996 is 10.00.
+    let rounded = format!("{value:.3e}");
+    match rounded.rsplit_once('e').and_then(|(_, magnitude)| magnitude.parse::<i32>().ok()) {
+        Some(magnitude @ -5..6) => format!("{value:.*}", (3 - magnitude).max(0) as usize),
+        _ => rounded,
     }
-    format!("{value:.*}", (3.0 - magnitude).max(0.0) as usize)
 }
 
 #[cfg(test)]
@@ -259,7 +260,7 @@ mod tests {
 
     #[test]
     fn numbers_are_shown_with_four_digits_and_an_exponent_only_where_it_helps() {
-        let shown = [0.0, 300.0012, 0.0231779, -9.65391, 1_234_567.0, 1.2e-7].map(significant);
-        assert_eq!(shown, ["0", "300.0", "0.02318", "-9.654", "1.235e6", "1.200e-7"]);
+        let shown = [0.0, 300.0012, 0.0231779, -9.65391, 9.99996, 1_234_567.0, 1.2e-7].map(significant);
+        assert_eq!(shown, ["0", "300.0", "0.02318", "-9.654", "10.00", "1.235e6", "1.200e-7"]);
     }
 }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use monitor_sim::models::{Models, Place};
 use monitor_sim::replay::{guard, paper};
 use monitor_sim::watch::{Feed, Player, as_text, draw};
 use ratatui::DefaultTerminal;
@@ -39,15 +40,22 @@ pub(crate) fn run(args: &WatchArgs) -> Result<ExitCode, Failure> {
 }
 
 fn feed(args: &WatchArgs) -> Result<Feed, Failure> {
+    match args.mode {
+        Mode::Guard => only_in_paper_mode("--limits", args.limits.is_some())?,
+        Mode::Paper => only_in_guard_mode("--models", args.models.is_some())?,
+    }
     if let Some(path) = &args.log {
-        let window = args.how.learn.ok_or("give --learn A..B")?;
+        let window = || args.how.learn.ok_or("give --learn A..B");
         return match args.mode {
             Mode::Guard => {
-                only_in_paper_mode("--limits", args.limits.is_some())?;
-                Ok(Feed::log(&guard_replay(path, &args.how, guard::Learn::Window(window))?)?)
+                let learn = match &args.models {
+                    Some(models) => guard::Learn::Stored { place: Place::at(models), relearn_s: args.relearn },
+                    None => guard::Learn::Window(window()?),
+                };
+                Ok(Feed::log(&guard_replay(path, &args.how, learn)?)?)
             }
             Mode::Paper => {
-                let learn = paper::Learn::Window(window);
+                let learn = paper::Learn::Window(window()?);
                 Ok(Feed::paper_log(&paper_replay(path, &args.how, learn, args.limits.as_deref())?)?)
             }
         };
@@ -55,9 +63,9 @@ fn feed(args: &WatchArgs) -> Result<Feed, Failure> {
     let (scenario, seed) = (scenario(args.scenario.as_deref())?, args.seed.unwrap_or(1));
     match args.mode {
         Mode::Guard => {
-            only_in_paper_mode("--limits", args.limits.is_some())?;
             let tolerable = args.how.false_alarms_per_hour.unwrap_or(FALSE_ALARMS_PER_HOUR);
-            Ok(Feed::mission(&scenario, tolerable, seed)?)
+            let models = args.models.as_deref().map(Models::read).transpose()?;
+            Ok(Feed::mission(&scenario, tolerable, seed, models.as_ref())?)
         }
         Mode::Paper => {
             only_in_guard_mode("--false-alarms-per-hour", args.how.false_alarms_per_hour.is_some())?;

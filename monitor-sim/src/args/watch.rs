@@ -14,6 +14,7 @@ Examples:
   monitor-sim watch --scenario my.toml          a mission of your own
   monitor-sim watch log.csv --speed rpm --current amps --voltage volts \\
       --rate-hz 50 --learn 5s..20s --pace max   a recorded log, as fast as it can be judged
+  monitor-sim watch --models motor.models       by what another flight learned (--save-models)
   monitor-sim watch --print-at 30               one frame as text, without a terminal
 
 Keys: space pause, + and - pace, arrows and PageUp back in time, ? help, q quit.
@@ -22,7 +23,7 @@ Exit codes: 0 done, 2 wrong input or no terminal.";
 #[derive(Debug, Args)]
 pub(crate) struct WatchArgs {
     /// A recorded log to be replayed; without it a mission is flown
-    #[arg(value_name = "LOG", requires_all = ["rate_hz", "learn"])]
+    #[arg(value_name = "LOG", requires_all = ["rate_hz", "known"])]
     pub(crate) log: Option<PathBuf>,
     /// How many times as fast as real time, or `max`
     #[arg(long, value_name = "X", default_value = "1", allow_negative_numbers = true)]
@@ -37,6 +38,13 @@ pub(crate) struct WatchArgs {
     /// times the largest residual of --learn
     #[arg(long, value_name = "FILE")]
     pub(crate) limits: Option<PathBuf>,
+    /// In guard mode: judge by what was learned before (--save-models of a mission or a replay, or a dump of a board's flash)
+    /// instead of learning
+    #[arg(long, value_name = "FILE")]
+    pub(crate) models: Option<PathBuf>,
+    /// With --models, of a log: learning time at a set point that is not known, s; as `replay` has it
+    #[arg(long, value_name = "S", allow_negative_numbers = true, requires_all = ["models", "log"])]
+    pub(crate) relearn: Option<f64>,
     /// Which monitor judges
     #[arg(long, value_enum, default_value_t = Mode::Guard)]
     pub(crate) mode: Mode,

@@ -17,8 +17,10 @@ pub(super) const PLOT_HEIGHT: f64 = 208.0;
 /// Room for ticks, and for the name of the axis under them.
 const TICKS: f64 = 26.0;
 const NAME: f64 = 22.0;
+/// From a line of text to the next.
+const LINE: f64 = 17.0;
 /// From the middle of a line of text to its base.
-const BASE: f64 = 5.0;
+pub(super) const BASE: f64 = 5.0;
 /// About the width of a letter, where it must be known before a browser measures it.
 const LETTER: f64 = 8.0;
 
@@ -83,8 +85,7 @@ impl Drawing {
         }
         self.around += "</g>\n";
         if let Some(name) = name {
-            self.text("mid abscissa", LEFT + PLOT_WIDTH / 2.0, self.height + 14.0, name);
-            self.height += NAME;
+            self.name_of_abscissa(name);
         }
     }
 
@@ -117,6 +118,31 @@ impl Drawing {
         }
         let (x, y, name) = (px(middle), TOP - 7.0, escaped(name));
         let _ = writeln!(self.around, "<text class=\"mid\" {attributes} x=\"{x}\" y=\"{y}\"{hidden}>{name}</text>");
+    }
+
+    /// Names under the plot, which is shared out equally among them, and what they are. Names of several words stand on two lines.
+    pub(super) fn names_under(&mut self, names: &[String], across: &str) {
+        let room = PLOT_WIDTH / names.len().max(1) as f64;
+        let fits = |name: &String| LETTER * name.chars().count() as f64 <= room;
+        for (name, n) in names.iter().zip(0..) {
+            let middle = room * (f64::from(n) + 0.5);
+            match name.rsplit_once(' ').filter(|_| !fits(name)) {
+                Some((above, below)) => {
+                    self.name_under(middle, above);
+                    self.text("mid", LEFT + middle, TOP + self.plot_height + 20.0 + LINE, below);
+                }
+                None => self.name_under(middle, name),
+            }
+        }
+        if !names.iter().all(fits) {
+            self.height += LINE;
+        }
+        self.name_of_abscissa(across);
+    }
+
+    fn name_of_abscissa(&mut self, name: &str) {
+        self.text("mid abscissa", LEFT + PLOT_WIDTH / 2.0, self.height + 14.0, name);
+        self.height += NAME;
     }
 
     /// A name under the plot.

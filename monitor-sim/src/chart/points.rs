@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::drawing::{Drawing, PLOT_HEIGHT, PLOT_WIDTH, px};
+use super::drawing::{BASE, Drawing, PLOT_HEIGHT, PLOT_WIDTH, px};
 use super::scale::Scale;
 use super::{Picture, Swatch, series_class};
 use crate::page::escaped;
@@ -10,6 +10,9 @@ use crate::tables::significant;
 
 /// Height of a row of a range.
 const ROW: f64 = 30.0;
+
+/// Room for a number behind a range.
+const LABEL: f64 = 140.0;
 
 /// An axis of results.
 #[derive(Clone, Copy, Debug)]
@@ -99,7 +102,9 @@ pub fn line_chart(lines: &[Line], x: Axis, y: Axis) -> Picture {
 #[must_use]
 pub fn range_chart(ranges: &[Range], axis: Axis, limit: Option<(&str, f64)>) -> Picture {
     let ends = ranges.iter().flat_map(|range| [range.ends.0, range.middle, range.ends.1]);
-    let scale = axis.scale(ends.chain(limit.map(|(_, value)| value)));
+    // A limit at the end of the axis would not be told from it.
+    let scale = axis.scale(ends.chain(limit.map(|(_, value)| if axis.log { 0.5 * value } else { value })));
+    let scale = scale.with_room(LABEL / PLOT_WIDTH);
     let mut drawing = Drawing::new(ROW * ranges.len().max(1) as f64);
     let x = |value: f64| px(PLOT_WIDTH * scale.share(value));
     for (range, k) in ranges.iter().zip(0..) {
@@ -117,7 +122,13 @@ pub fn range_chart(ranges: &[Range], axis: Axis, limit: Option<(&str, f64)>) -> 
             let _ =
                 write!(drawn, "<rect class=\"solid half\" x=\"{left}\" y=\"{top}\" width=\"{wide}\" height=\"12\"/>");
         }
-        let _ = write!(drawn, "<circle class=\"solid\" cx=\"{}\" cy=\"{middle}\" r=\"5\"/></g>", x(*value));
+        // A logarithmic axis has no zero: nothing is a ring at its end.
+        let none = axis.log && *value <= 0.0;
+        let (class, at) = if none { ("curve", 6.0) } else { ("solid", x(*value)) };
+        let _ = write!(drawn, "<circle class=\"{class}\" cx=\"{at}\" cy=\"{middle}\" r=\"5\"/>");
+        let label = if none { format!("0, up to {}", significant(ends.1)) } else { significant(*value) };
+        let behind = x(ends.1).max(at) + 12.0;
+        let _ = write!(drawn, "<text x=\"{behind}\" y=\"{}\">{label}</text></g>", middle + BASE);
         drawing.draw(&drawn);
         drawing.name_before(middle, name);
     }
@@ -154,11 +165,26 @@ mod tests {
     fn a_range_has_its_ends_its_half_and_its_middle_beside_the_limit() {
         let range = Range { name: "F1".to_owned(), ends: (1.0, 100.0), half: Some((5.0, 20.0)), middle: 10.0 };
         let Picture { svg, legend } = range_chart(&[range], X, Some(("asked for", 10.0)));
-        assert!(svg.contains("d=\"M0 15H832\"") && svg.contains("cx=\"416\" cy=\"15\""), "{svg}");
+        assert!(svg.contains("d=\"M0 15H692\"") && svg.contains("cx=\"346\" cy=\"15\""), "{svg}");
         assert!(
-            svg.contains("<title>F1: 1.000, 10.00, 100.0</title>") && svg.contains("class=\"limit\" d=\"M416 0V30\"")
+            svg.contains("<title>F1: 1.000, 10.00, 100.0</title>") && svg.contains("class=\"limit\" d=\"M346 0V30\"")
         );
         assert_eq!(legend.len(), 1);
+    }
+
+    #[test]
+    fn on_a_logarithmic_axis_nothing_is_a_ring_at_its_end_and_reaches_to_what_it_may_be() {
+        let of = |name: &str, ends, middle| Range { name: name.to_owned(), ends, half: None, middle };
+        let ranges = [of("none", (0.0, 10.0), 0.0), of("some", (1.0, 100.0), 10.0)];
+        let svg = range_chart(&ranges, X, None).svg;
+        assert!(
+            svg.contains("<path class=\"curve\" d=\"M0 15H346\"/><circle class=\"curve\" cx=\"6\" cy=\"15\""),
+            "{svg}"
+        );
+        assert!(
+            svg.contains("<circle class=\"solid\" cx=\"346\" cy=\"45\"") && svg.contains("none: 0, 0, 10.00"),
+            "{svg}"
+        );
     }
 
     #[test]

@@ -26,6 +26,11 @@ impl Scale {
         Scale { low: low.min(high - 1.0), high, log: true }
     }
 
+    /// The axis with this share of it left free at its upper end.
+    pub(super) fn with_room(self, share: f64) -> Self {
+        Scale { high: self.low + (self.high - self.low) / (1.0 - share), ..self }
+    }
+
     /// Where a value lies on the axis.
     pub(super) fn place(self, value: f64) -> f64 {
         // What is not above zero has no logarithm, and NaN gives way to the floor.
@@ -53,7 +58,7 @@ impl Scale {
         let values: Vec<f64> = if self.is_point() {
             vec![self.low]
         } else if self.log {
-            let (first, last) = (self.low.round() as i32, self.high.round() as i32);
+            let (first, last) = (self.low.round() as i32, (self.high + 1e-9).floor() as i32);
             let step = (last - first) / most as i32 + 1;
             // One or two decades alone would have next to no ticks.
             let within = if last - first > 2 { &[1.0][..] } else { &[1.0, 2.0, 5.0] };
@@ -100,6 +105,13 @@ mod tests {
         assert_eq!(labels(Scale::decades(0.002, 7.0)), ["1e-3", "0.01", "0.1", "1", "10"]);
         assert_eq!(labels(Scale::decades(0.2, 7.0)), ["0.1", "0.2", "0.5", "1", "2", "5", "10"]);
         assert_eq!(labels(Scale::decades(1.0, 2e10)), ["1", "100", "1e4", "1e6", "1e8", "1e10"]);
+    }
+
+    #[test]
+    fn room_at_the_upper_end_has_no_ticks() {
+        let scale = Scale::decades(0.1, 1e4).with_room(0.1);
+        assert!((scale.share(1e4) - 0.9).abs() < 1e-12);
+        assert_eq!(labels(scale), ["0.1", "1", "10", "100", "1000", "1e4"]);
     }
 
     #[test]

@@ -135,7 +135,7 @@ fn bars_carry_their_values_and_the_criterion_is_drawn() {
 
 #[test]
 fn every_colour_has_a_value_in_light_dark_and_print() {
-    for variable in ["--ink", "--grid", "--band", "--limit", "--s0", "--s1", "--s2", "--s3"] {
+    for variable in ["--ink", "--on", "--grid", "--band", "--limit", "--s0", "--s1", "--s2", "--s3"] {
         assert_eq!(STYLE.matches(&format!("{variable}:")).count(), 3, "{variable}");
         assert!(STYLE.contains(&format!("var({variable})")), "{variable}");
     }

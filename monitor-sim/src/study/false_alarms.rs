@@ -189,8 +189,8 @@ impl Study for FalseAlarms {
         let ranges: Vec<Range> = std::iter::once(all).chain(noisiest(units, hours_of)).collect();
         let asked = Some(("asked for", self.asked.false_alarms_per_hour));
         let axis = Axis { name: "false alarms an hour", log: true };
-        let pictured =
-            "False alarms an hour with the exact Poisson interval of 95 %: of all motors, and of those with most.";
+        let pictured = "False alarms an hour with the exact Poisson interval of 95 %: of all motors, and of those with most. A ring at \
+                        the left edge: there was none.";
         let figures =
             vec![Block::Figure { caption: pictured.to_owned(), pictures: vec![range_chart(&ranges, axis, asked)] }];
         Findings {

@@ -3,6 +3,8 @@
 //! The monitor is told the motor's constants wrongly by up to `constants_off`. A size is how far the settled readings
 //! move, in sigmas of one sample by the learned covariance, so that it means the same for every motor and fault.
 
+mod figures;
+
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -117,6 +119,11 @@ impl Localization {
         Ok((Case { amplitude, sigmas, apart, foretold, outcome }, steps))
     }
 
+    /// The flights of the `n`-th fault at the `k`-th size.
+    fn cases<'a>(&self, units: &'a [MotorCases], n: usize, k: usize) -> Vec<&'a Case> {
+        units.iter().filter_map(|motor| motor.cases.get(n * self.sizes.len() + k)).collect()
+    }
+
     /// How the isolable cases fared: by what looks like no other fault in the noise if the constants were known, and by what the
     /// monitor foretells from the constants that it is told.
     fn isolable(&self, units: &[MotorCases]) -> (TextTable, Vec<Value>) {
@@ -198,8 +205,7 @@ impl Study for Localization {
         let mut rows = Vec::new();
         for (n, culprit) in self.faults.culprits().iter().enumerate() {
             for (k, size) in self.sizes.iter().enumerate() {
-                let cases: Vec<&Case> =
-                    units.iter().filter_map(|motor| motor.cases.get(n * self.sizes.len() + k)).collect();
+                let cases = self.cases(units, n, k);
                 let row = SizeRow::of(culprit, &cases);
                 rows.push(row.json(culprit, *size, self.seed));
                 sizes.rows.push(row.cells(culprit, *size));
@@ -217,7 +223,13 @@ impl Study for Localization {
         let steps = units.iter().map(|unit| unit.steps).sum();
         let (isolable, isolable_rows) = self.isolable(units);
         rows.extend(isolable_rows);
-        Findings { rows, tables: vec![sizes, confusion_table(&confusions), isolable], steps, ..Findings::default() }
+        Findings {
+            summary: figures::summary(self, units),
+            figures: figures::figures(self, units, &confusions),
+            rows,
+            tables: vec![sizes, confusion_table(&confusions), isolable],
+            steps,
+        }
     }
 }
 
@@ -238,8 +250,11 @@ struct SizeRow {
 
 /// Whether a fault was given its name or that of one in the same direction.
 fn is_group_right(culprit: &Culprit, outcome: &Outcome) -> bool {
-    let group = Culprit::ALL.iter().filter(|other| culprit.is_in_group_with(other));
-    group.into_iter().any(|other| outcome.named == Some(Name::of(other.point)))
+    outcome.named.is_some_and(|name| is_of_group(culprit, name))
+}
+
+fn is_of_group(culprit: &Culprit, name: Name) -> bool {
+    Culprit::ALL.iter().any(|other| culprit.is_in_group_with(other) && Name::of(other.point) == name)
 }
 
 impl SizeRow {
@@ -309,21 +324,28 @@ impl Confusion {
         })
     }
 
+    fn flights(&self) -> usize {
+        self.named.iter().sum::<usize>() + self.nameless + self.missed + self.early
+    }
+
     fn json(&self, culprit: &Culprit, seed: u64) -> Value {
-        let flights = self.named.iter().sum::<usize>() + self.nameless + self.missed + self.early;
         let named: Map<String, Value> =
             Name::ALL.iter().map(|name| (name.words().replace(' ', "_"), self.named[*name as usize].into())).collect();
         json!({
-            "row": "confusion", "fault": culprit.id, "point": culprit.point, "seed": seed, "flights": flights, "named": named,
+            "row": "confusion", "fault": culprit.id, "point": culprit.point, "seed": seed, "flights": self.flights(), "named": named,
             "nameless": self.nameless, "missed": self.missed, "early_alarms": self.early,
         })
     }
 }
 
+/// The names that were given at all.
+fn given_names(confusions: &[(&Culprit, Confusion)]) -> Vec<Name> {
+    Name::ALL.into_iter().filter(|name| confusions.iter().any(|(_, c)| c.named[*name as usize] > 0)).collect()
+}
+
 /// Faults down, names across; names that nobody gave are left out.
 fn confusion_table(confusions: &[(&Culprit, Confusion)]) -> TextTable {
-    let given: Vec<Name> =
-        Name::ALL.into_iter().filter(|name| confusions.iter().any(|(_, c)| c.named[*name as usize] > 0)).collect();
+    let given = given_names(confusions);
     let names = given.iter().map(|name| name.words());
     let header = std::iter::once("named").chain(names).chain(["no name", "missed", "alarm before"]);
     let mut table =

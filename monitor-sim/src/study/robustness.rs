@@ -4,6 +4,8 @@
 //! alarm?) and with each of the paper's three (is it still found and named?); the disturbance is there from the
 //! beginning, while learning too. A stuck sensor is a fault of its own: it begins when a fault would.
 
+mod figures;
+
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -24,6 +26,7 @@ use crate::plant::Plant;
 use crate::random_motor::random_motor;
 use crate::scenario::Scenario;
 use crate::tables::{TextTable, significant};
+use figures::Found;
 
 /// When a fault stands, to the end of its flight, s: learning ends at 15.5 s.
 const FAULT_S: [f64; 2] = [17.5, 27.5];
@@ -290,19 +293,23 @@ impl Study for Robustness {
             ["sensor", "motors", "detected, %", "named, %", "median delay, s", "longest, s"],
         );
         let mut rows = Vec::new();
-        for (n, disturbance) in DISTURBANCES.iter().enumerate() {
-            let row = TrialRow::of(self, units, n);
+        let trials: Vec<TrialRow> = (0..DISTURBANCES.len()).map(|n| TrialRow::of(self, units, n)).collect();
+        for (disturbance, row) in DISTURBANCES.iter().zip(&trials) {
             rows.push(row.json(disturbance, self));
             table.rows.push(row.cells(disturbance));
         }
+        let mut sensors = Vec::new();
         for (n, point) in SENSORS.iter().enumerate() {
-            let outcomes: Vec<Outcome> = units.iter().filter_map(|unit| unit.stuck.get(n).copied()).collect();
-            let (row, cells) = stuck_row(*point, &outcomes, self.seed);
+            let outcomes = || units.iter().filter_map(|unit| unit.stuck.get(n));
+            let found = Found::of(outcomes(), Name::SensorLoss);
+            let (row, cells) = stuck_row(*point, found, outcomes().filter_map(|outcome| outcome.detected_s), self.seed);
             rows.push(row);
             stuck.rows.push(cells);
+            sensors.push(found);
         }
         let steps = units.iter().map(|unit| unit.steps).sum();
-        Findings { rows, tables: vec![table, stuck], steps, ..Findings::default() }
+        let figures = figures::figures(self, &trials, &sensors);
+        Findings { summary: figures::summary(&trials), figures, rows, tables: vec![table, stuck], steps }
     }
 }
 
@@ -311,8 +318,8 @@ struct TrialRow {
     judged_share: f64,
     hours: f64,
     alarms: u64,
-    /// Flights, detected, named right: of each fault.
-    faults: Vec<[usize; 3]>,
+    /// Of each fault.
+    faults: Vec<Found>,
     delay_s: Option<Spread>,
 }
 
@@ -321,18 +328,15 @@ impl TrialRow {
         let trials: Vec<(&MotorTrials, &Trial)> =
             units.iter().filter_map(|unit| Some((unit, unit.trials.get(n)?))).collect();
         let hours: f64 = trials.iter().map(|(unit, trial)| trial.alarms.judged as f64 / unit.rate_hz / 3600.0).sum();
-        let fault = |k: usize| {
-            let outcomes = || trials.iter().filter_map(|(_, trial)| trial.faults.get(k));
-            let found = || outcomes().filter(|outcome| outcome.detected_s.is_some());
-            let right = found().filter(|outcome| outcome.named == Some(Name::of(Culprit::ALL[k].point)));
-            [outcomes().count(), found().count(), right.count()]
+        let fault = |(k, culprit): (usize, &Culprit)| {
+            Found::of(trials.iter().filter_map(|(_, trial)| trial.faults.get(k)), Name::of(culprit.point))
         };
         let delays = trials.iter().flat_map(|(_, trial)| trial.faults.iter().filter_map(|outcome| outcome.detected_s));
         Self {
             judged_share: hours * 3600.0 / (study.healthy_s * trials.len() as f64),
             hours,
             alarms: trials.iter().map(|(_, trial)| trial.alarms.begun).sum(),
-            faults: (0..Culprit::papers().len()).map(fault).collect(),
+            faults: Culprit::papers().iter().enumerate().map(fault).collect(),
             delay_s: Spread::of(delays),
         }
     }
@@ -345,8 +349,9 @@ impl TrialRow {
 
     fn json(&self, disturbance: &Disturbance, study: &Robustness) -> Value {
         let [rate, low, high] = self.rate().map_or([None; 3], |rates| rates.map(Some));
-        let faults = self.faults.iter().zip(&Culprit::ALL).map(|([flights, detected, right], culprit)| {
-            json!({"fault": culprit.id, "flights": flights, "detected": detected, "named_right": right})
+        let faults = self.faults.iter().zip(&Culprit::ALL).map(|(found, culprit)| {
+            let Found { flights, detected, right, early } = found;
+            json!({"fault": culprit.id, "flights": flights, "detected": detected, "named_right": right, "early_alarms": early})
         });
         let [words, level] = disturbance.words();
         json!({
@@ -362,26 +367,24 @@ impl TrialRow {
         let faults = self
             .faults
             .iter()
-            .flat_map(|[flights, detected, right]| [percent(*detected, *flights), percent(*right, *detected)]);
+            .flat_map(|found| [percent(found.detected, found.flights), percent(found.right, found.detected)]);
         let front = [format!("{:.1}", 100.0 * self.judged_share), self.alarms.to_string()];
         let delay = shown(self.delay_s.map(|s| s.median));
         disturbance.words().into_iter().chain(front).chain(rates).chain(faults).chain([delay]).collect()
     }
 }
 
-fn stuck_row(point: FaultPoint, outcomes: &[Outcome], seed: u64) -> (Value, Vec<String>) {
-    let found: Vec<&Outcome> = outcomes.iter().filter(|outcome| outcome.detected_s.is_some()).collect();
-    let named = found.iter().filter(|outcome| outcome.named == Some(Name::SensorLoss)).count();
-    let delay_s = Spread::of(found.iter().filter_map(|outcome| outcome.detected_s));
+fn stuck_row(point: FaultPoint, found: Found, delays_s: impl Iterator<Item = f64>, seed: u64) -> (Value, Vec<String>) {
+    let delay_s = Spread::of(delays_s);
     let row = json!({
-        "row": "stuck", "point": point, "seed": seed, "flights": outcomes.len(), "detected": found.len(),
-        "named_sensor_loss": named, "delay_s": delay_s,
+        "row": "stuck", "point": point, "seed": seed, "flights": found.flights, "detected": found.detected,
+        "named_sensor_loss": found.right, "early_alarms": found.early, "delay_s": delay_s,
     });
     let cells = vec![
         Name::of(point).words().to_owned(),
-        outcomes.len().to_string(),
-        percent(found.len(), outcomes.len()),
-        percent(named, found.len()),
+        found.flights.to_string(),
+        percent(found.detected, found.flights),
+        percent(found.right, found.detected),
         shown(delay_s.map(|s| s.median)),
         shown(delay_s.map(|s| s.max)),
     ];

@@ -7,6 +7,7 @@ use monitor_core::sample::{ModelId, Pair};
 use super::slot::{Phase, Says, Slot};
 use crate::guardian::{Guardian, SCALE_NAMES, Said};
 use crate::mission::{self, MissionError};
+use crate::models::Models;
 use crate::names::ChannelNames;
 use crate::plant::Plant;
 use crate::replay::{self, ReplayError, guard, paper};
@@ -76,13 +77,19 @@ enum Source {
 }
 
 impl Feed {
-    /// A mission in `guard` mode.
+    /// A mission in `guard` mode, by stored models if there are any.
     ///
     /// # Errors
-    /// [`WatchError::Mission`] when the monitor refuses its settings.
-    pub fn mission(scenario: &Scenario, false_alarms_per_hour: f64, seed: u64) -> Result<Self, WatchError> {
+    /// [`WatchError::Mission`] when the monitor refuses its settings or the models.
+    pub fn mission(
+        scenario: &Scenario,
+        false_alarms_per_hour: f64,
+        seed: u64,
+        models: Option<&Models>,
+    ) -> Result<Self, WatchError> {
         let config = mission::guard::settings(scenario, false_alarms_per_hour);
-        let guardian = mission::guard::guardian(scenario, &config)?;
+        let mut guardian = mission::guard::guardian(scenario, &config)?;
+        models.map_or(Ok(()), |models| guardian.restore(models)).map_err(MissionError::from)?;
         let subject = of_mission(scenario, seed, ("guard", RATIO_OF_GUARD), time_scales(&config.time_constants_s));
         Ok(Feed { subject, source: Source::Guard(Plant::new(scenario, seed).into(), guardian.into()) })
     }

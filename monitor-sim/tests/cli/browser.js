@@ -16,11 +16,7 @@
   const points = () => curve.getAttribute("d").split(/[ML]/).slice(1).map(pair => +pair.split(" ")[0]);
 
   seen.linked = view();
-  seen.pictures = [...document.querySelectorAll("svg[role=img]")].map(svg => {
-    const marks = [...svg.querySelectorAll(".curve, .solid")].map(mark => mark.getBBox());
-    const { width } = svg.getBoundingClientRect();
-    return { alternative: svg.getAttribute("aria-label"), width, drawn: marks.some(mark => mark.width > 1) };
-  });
+  seen.pictures = picturesSeen();
 
   press("0");
   seen.whole = view();
@@ -74,8 +70,5 @@
   const unfolded = document.querySelectorAll("details:not([open])").length === 0;
   seen.printed = { view: view(), points: points().length, read: read(), unfolded };
 
-  const result = document.createElement("pre");
-  result.id = "seen";
-  result.textContent = JSON.stringify(seen);
-  document.body.append(result);
+  report(seen);
 })();

@@ -2,12 +2,13 @@
 
 use std::env;
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 use std::time::Duration;
 
 use assert_cmd::Command;
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
 
 use crate::desk::{Desk, SHORT};
 
@@ -46,6 +47,8 @@ struct PictureSeen {
     alternative: String,
     width: f64,
     drawn: bool,
+    /// Texts that lie on another or reach out of the picture.
+    crowded: Vec<String>,
 }
 
 #[derive(Deserialize)]
@@ -73,6 +76,29 @@ fn browser() -> Option<PathBuf> {
     })
 }
 
+/// Opens a page of the desk at a `place` of it and runs `script` there; returns what it reports, and what the console said.
+fn used<T: DeserializeOwned>(browser: &Path, desk: &Desk, (page, place): (&str, &str), script: &str) -> (T, String) {
+    let script = format!("<script>{}{script}</script></body>", include_str!("pictures.js"));
+    desk.write("used.html", desk.read(page).replace("</body>", &script));
+    let output = Command::new(browser)
+        .args(["--headless", "--disable-gpu", "--no-sandbox", "--enable-logging=stderr", "--v=0", "--dump-dom"])
+        .arg("--window-size=1200,900")
+        .arg(format!("--user-data-dir={}", desk.path("profile").display()))
+        .arg(format!("file://{}{place}", desk.path("used.html").display()))
+        .timeout(Duration::from_secs(120))
+        .output()
+        .unwrap();
+    let document = String::from_utf8_lossy(&output.stdout);
+    let console: Vec<String> = String::from_utf8_lossy(&output.stderr)
+        .lines()
+        .filter(|line| line.contains("CONSOLE"))
+        .map(str::to_owned)
+        .collect();
+    let found = document.split("<pre id=\"seen\">").nth(1).and_then(|rest| rest.split("</pre>").next());
+    let found = found.unwrap_or_else(|| panic!("nothing came of it: {console:?}"));
+    (serde_json::from_str(found).unwrap(), console.join("\n"))
+}
+
 /// The page of a mission, opened at its fifth event and used; none without a browser. It is so long that a bin of a curve holds
 /// several samples.
 static SEEN: LazyLock<Option<Seen>> = LazyLock::new(|| {
@@ -86,30 +112,9 @@ static SEEN: LazyLock<Option<Seen>> = LazyLock::new(|| {
     };
     let desk = Desk::with("long.toml", &SHORT.replace("duration_s = 30.0", "duration_s = 70.0"));
     desk.run("--scenario long.toml").success();
-    let page = desk.read("monitor-out/mission.html");
-    desk.write(
-        "used.html",
-        page.replace("</body>", &format!("<script>{}</script></body>", include_str!("browser.js"))),
-    );
-    let address = format!("file://{}#event=5", desk.path("used.html").display());
-    let output = Command::new(browser)
-        .args(["--headless", "--disable-gpu", "--no-sandbox", "--enable-logging=stderr", "--v=0", "--dump-dom"])
-        .arg("--window-size=1200,900")
-        .arg(format!("--user-data-dir={}", desk.path("profile").display()))
-        .arg(address)
-        .timeout(Duration::from_secs(120))
-        .output()
-        .unwrap();
-    let document = String::from_utf8_lossy(&output.stdout);
-    let console: Vec<String> = String::from_utf8_lossy(&output.stderr)
-        .lines()
-        .filter(|line| line.contains("CONSOLE"))
-        .map(str::to_owned)
-        .collect();
-    let found = document.split("<pre id=\"seen\">").nth(1).and_then(|rest| rest.split("</pre>").next());
-    let found = found.unwrap_or_else(|| panic!("nothing came of it: {console:?}"));
-    let seen: Seen = serde_json::from_str(found).unwrap();
-    Some(Seen { console: console.join("\n"), trace: desk.read("monitor-out/trace.csv"), ..seen })
+    let page = ("monitor-out/mission.html", "#event=5");
+    let (seen, console): (Seen, _) = used(&browser, &desk, page, include_str!("browser.js"));
+    Some(Seen { console, trace: desk.read("monitor-out/trace.csv"), ..seen })
 });
 
 fn width([from, to]: [f64; 2]) -> f64 {
@@ -126,8 +131,33 @@ fn the_page_opens_without_a_word_on_the_console_and_every_picture_is_there() {
     let Some(seen) = &*SEEN else { return };
     assert_eq!(seen.console, "");
     assert!(seen.pictures.len() >= 19, "{}", seen.pictures.len());
-    for PictureSeen { alternative, width, drawn } in &seen.pictures {
-        assert!(*width >= 640.0 && *drawn && !alternative.is_empty(), "{alternative:?} is {width} wide");
+    assert_pictured(&seen.pictures);
+}
+
+fn assert_pictured(pictures: &[PictureSeen]) {
+    for PictureSeen { alternative, width, drawn, crowded } in pictures {
+        assert!(*width >= 800.0 && *drawn && !alternative.is_empty(), "{alternative:?} is {width} wide");
+        assert!(crowded.is_empty(), "no room for {crowded:?} in {alternative:?}");
+    }
+}
+
+#[test]
+fn every_picture_of_a_study_is_there_and_no_text_in_it_lies_on_another() {
+    let Some(browser) = browser() else { return };
+    let desk = Desk::new();
+    for (study, pictures) in [
+        ("false-alarms --motors 2 --hours 0.01", 1),
+        ("delay --seeds 1 --sizes 1,2", 3),
+        ("ramp --seeds 2", 1),
+        ("localization --motors 2", 2),
+        ("robustness --motors 1 --healthy 10", 3),
+        ("tune --runs 2", 1),
+    ] {
+        desk.run(&format!("study {study} --page page.html")).success();
+        let (seen, console): (Vec<PictureSeen>, _) =
+            used(&browser, &desk, ("page.html", ""), "report(picturesSeen());");
+        assert_eq!((console.as_str(), seen.len()), ("", pictures), "{study}");
+        assert_pictured(&seen);
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod bad_logs;
 mod bad_options;
+mod bad_outputs;
 mod bench;
 mod browser;
 mod desk;

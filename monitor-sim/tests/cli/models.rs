@@ -114,6 +114,9 @@ fn a_set_point_that_is_not_among_the_models_is_never_taken_for_a_known_one() {
     let desk = Desk::with("healthy.csv", &healthy());
     desk.run(&format!("replay healthy.csv {GUARD} --set-point set_point --save-models m.models")).success();
     let judge = "--models m.models --relearn 20";
+    let all = ["--learn <A..B>", "--models <FILE|DIR>", "--baseline <FILE>"];
+    desk.refuses(&format!("replay healthy.csv {COLUMNS}"), &all);
+    desk.refuses(&format!("replay healthy.csv {COLUMNS} {judge} --learn 0..200"), &["--learn", "--models"]);
     desk.refuses(&format!("replay healthy.csv {COLUMNS} {judge}"), &["set points 300", "--set-point"]);
     desk.write("other.csv", healthy().replace(",300,", ",200,"));
     let report = desk.json(&format!("replay other.csv {COLUMNS} --set-point set_point {judge}"), 0);
@@ -164,4 +167,33 @@ fn a_mission_is_judged_from_its_settling_on_by_what_another_flight_learned() {
     desk.refuses("--scenario short.toml --models m.models --false-alarms-per-hour 1", &["--false-alarms-per-hour"]);
     desk.refuses("--mode paper --models m.models", &["--models", "guard mode"]);
     desk.refuses("--scenario short.toml --save-models gone/m", &["gone/m", "--save-models"]);
+    desk.refuses("--scenario short.toml --models gone.models", &["'gone.models'", "No such file", "or learn instead"]);
+}
+
+#[test]
+fn a_mission_and_a_log_are_watched_by_what_was_learned_before() {
+    let desk = learned(&faulty_from_the_first_row());
+    let frame = |arguments: &str| {
+        let printed = desk.run(&format!("watch {arguments}")).success().stderr("").get_output().stdout.clone();
+        String::from_utf8(printed).unwrap()
+    };
+    let log = format!("log.csv {COLUMNS} {CONSTANTS} --models m.models --relearn 20");
+    let text = frame(&format!("{log} --print-at 3"));
+    assert!(text.contains("ALARM  F2 speed sensor"), "{text}");
+
+    desk.write("short.toml", SHORT);
+    desk.run("--scenario short.toml --save-models flown.models").success();
+    // A fault in what would be the learning window.
+    desk.write("early.toml", SHORT.replace("start_s = 15.0", "start_s = 4.0"));
+    let early = "--scenario early.toml --seed 2 --print-at 7";
+    let text = frame(&format!("{early} --models flown.models"));
+    assert!(text.contains("ALARM  F3 current sensor"), "{text}");
+    assert!(frame(early).contains("learning what healthy means"));
+
+    desk.refuses(&format!("watch {early} --mode paper --models flown.models"), &["--models", "guard mode"]);
+    desk.refuses(&format!("watch {log} --mode paper --print-at 3"), &["--models", "guard mode"]);
+    desk.refuses(&format!("watch {log} --learn 0..100 --print-at 3"), &["--learn", "--models"]);
+    desk.refuses(&format!("watch {early} --models early.toml"), &["'early.toml'", "model 1"]);
+    desk.refuses(&format!("watch {early} --models flown.models --relearn 9"), &["--relearn", "LOG"]);
+    desk.refuses(&format!("watch log.csv {COLUMNS} --models flown.models --print-at 3"), &["flown.models", "1000 Hz"]);
 }

@@ -136,7 +136,21 @@ fn a_page_pictures_what_a_study_found() {
     stdout(&desk, &format!("study delay --sizes 1,2 {few} --page d.html"));
     assert_page(&desk, "d.html", &["Lorden's bound</li>", "F1 load torque: 1.000, ", "F3 current sensor: 2.000, "]);
     stdout(&desk, "study localization --motors 1 --sizes 8 --faults paper --mode paper --page l.html");
-    assert_page(&desk, "l.html", &["the tables tell what they found", "<table>"]);
+    assert_page(
+        &desk,
+        "l.html",
+        &[
+            "3 of 3 faults of 1 motors detected",
+            "<title>F3 current sensor, 8: right name 100.0 %</title>",
+            ">no name</text>",
+        ],
+    );
+    stdout(&desk, "study robustness --motors 1 --healthy 10 --page b.html");
+    assert_page(
+        &desk,
+        "b.html",
+        &["0 false alarms in ", "undisturbed: 0, 0, 1328", ">0, up to 1328<", "ADC step 16 sigma, F1 load torque: "],
+    );
     stdout(&desk, &format!("study ramp {few} --page r.html"));
     assert_page(
         &desk,
