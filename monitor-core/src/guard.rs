@@ -60,8 +60,9 @@ const SEED_CLIP_SIGMAS: f32 = 4.0;
 /// How far the mean may move from the first seeding window to the second: further, and the loop has not settled.
 const SETTLED_TO_SIGMAS: f32 = 2.0;
 
-/// How far it may have moved for neighbours to lend their noise, so that the motor is judged at once: the loop stands.
-const LENT_TO_SIGMAS: f32 = 0.25;
+/// How far it may have moved for neighbours to lend their noise, so that the motor is judged at once, in units of how far the mean
+/// may follow afterwards: the loop stands, and what the window's mean is off by can be made good.
+const LENT_TO: f32 = 0.5;
 
 /// A window, and the activity of each channel while it was gathered.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -296,7 +297,7 @@ impl Monitor {
         let set_point = self.gate.reference();
         if let Some(neighbours) = self.bank.neighbours(set_point).filter(|_| !self.trusted) {
             bank::expected(neighbours, set_point, seed.mean.into())?;
-            if moved <= LENT_TO_SIGMAS
+            if moved <= LENT_TO * self.design.drift_sigmas
                 && let Some(known) = Known::lent(seed, neighbours.map(|(_, known)| known), &self.design)
             {
                 return Ok(self.entered(known));

@@ -32,7 +32,6 @@ const STILL_FALLING: f32 = 0.8;
 /// The same after a change of the set point: a speed loop may be as slow as it likes, so it is asked less often, and given more
 /// time for as long as it comes down.
 const SETTLING_CHECK: f32 = 16.0;
-const STILL_SETTLING: f32 = 0.5;
 
 /// Time for which a deviation must have stood still before it is named, in time constants of the middle scale.
 const NAMED_AFTER: f32 = 1.0;
@@ -184,8 +183,7 @@ impl Alarm {
     fn recover(&mut self, rules: &Rules, middle: f32, steady: Flag, withdrawn: Flag, is_gone: Flag) {
         let (quiet, check) = (Flag::below(middle, QUIET), !Flag::any(self.until_check));
         self.recovered = quiet.count(self.recovered, rules.check);
-        let still = self.settling.choose(STILL_SETTLING, STILL_FALLING);
-        let falls = !Flag::above(middle, still * self.falling_from);
+        let falls = !Flag::above(middle, STILL_FALLING * self.falling_from);
         let stands = check & !quiet & !falls & (steady | !self.settling);
         let over = stands | Flag::reached(self.recovered, rules.check);
         let more = check & falls & self.settling;

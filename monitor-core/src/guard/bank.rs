@@ -16,17 +16,19 @@ const REACH_SIGMAS: f32 = 8.0;
 /// Models of set points.
 #[derive(Clone, Debug)]
 pub(super) struct Bank {
-    /// Set points, and what is known of them; a place that is free has none that is a number.
+    /// Set points, and what is known of them: nothing, where a place is free.
     entries: [(f32, Known); BANK],
     next: u8,
 }
 
 impl Bank {
-    pub(super) const EMPTY: Self = Bank { entries: [(f32::NAN, Known::BLANK); BANK], next: 0 };
+    // All zeros: no board has to keep it in flash.
+    pub(super) const EMPTY: Self = Bank { entries: [(0.0, Known::BLANK); BANK], next: 0 };
 
     /// The place of the model that is known nearest to a set point, within the tolerance.
     fn place(&self, gate: &SetPointGate, set_point: f32) -> Option<usize> {
-        let far = self.entries.iter().map(|(at, _)| (at - set_point).abs()).enumerate();
+        let taken = self.entries.iter().enumerate().filter(|(_, (_, known))| !known.is_blank());
+        let far = taken.map(|(place, (at, _))| (place, (at - set_point).abs()));
         let near = far.filter(|(_, far)| gate.tolerates(*far)).min_by(|(_, a), (_, b)| a.total_cmp(b));
         near.map(|(place, _)| place)
     }
@@ -39,7 +41,7 @@ impl Bank {
     /// not kept, or goes; else the one that was first kept goes.
     pub(super) fn keep(&mut self, design: &Design, set_point: f32, known: &Known) {
         let same = self.place(&design.gate, set_point);
-        let free = || self.entries.iter().position(|(at, _)| at.is_nan());
+        let free = || self.entries.iter().position(|(_, known)| known.is_blank());
         let lent = || self.entries.iter().position(|(_, known)| !known.is_own(design));
         let place = match same.or_else(free) {
             Some(place) => place,
@@ -57,7 +59,7 @@ impl Bank {
     }
 
     pub(super) fn iter(&self) -> impl Iterator<Item = &(f32, Known)> {
-        self.entries.iter().filter(|(at, _)| !at.is_nan())
+        self.entries.iter().filter(|(_, known)| !known.is_blank())
     }
 
     /// The nearest known set points on both sides of one that is not.

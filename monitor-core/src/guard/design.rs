@@ -142,6 +142,8 @@ pub struct Design {
     pub(super) learn_slots: u32,
     pub(super) memory_slots: f32,
     pub(super) drift_sigmas: f32,
+    /// Whether the mean may follow at all.
+    pub(super) follows: bool,
     pub(super) latch: bool,
 }
 
@@ -197,6 +199,7 @@ impl Design {
             learn_slots,
             memory_slots: (config.memory_s * rate).max(learn_slots as f32),
             drift_sigmas: config.drift_sigmas,
+            follows: config.drift_sigmas > 0.0,
             latch: config.latch,
         };
         let (proof, mut expected_peaks) = (20.0 * learn_slots as f32, design.expected_peaks);

@@ -92,6 +92,11 @@ impl Known {
         Some(known)
     }
 
+    /// Whether nothing is known.
+    pub(super) const fn is_blank(&self) -> bool {
+        self.slots == 0.0
+    }
+
     /// Whether a whole learning window of healthy samples has been seen, and not lent by neighbours.
     pub(super) fn is_own(&self, design: &Design) -> bool {
         self.mean_slots >= design.learn_slots as f32
@@ -176,22 +181,16 @@ impl Known {
         self.excess += in_tail.or_zero(EXCESS_GAIN) * (excess - self.excess);
     }
 
-    /// Lets the mean follow a deviation of the middle scale that is healthy beyond suspicion. That is drift, and bounded, unless
-    /// the mean still rests on fewer slots than a learning window has.
+    /// Lets the mean follow a deviation of the middle scale that is healthy beyond suspicion.
     #[inline(always)]
     pub(super) fn follow(&mut self, design: &Design, suspected: Flag, middle: [f32; 3]) {
         let period = (!suspected).or_zero(PERIOD as f32);
-        let learned = |slots: f32| !Flag::below(slots, design.learn_slots as f32);
-        let before = learned(self.mean_slots);
         self.slots += period;
-        self.mean_slots += period;
-        let (now, ends) = (learned(self.mean_slots), learned(self.mean_slots) & !before);
+        // A mean that may not follow gets no better either.
+        self.mean_slots += Flag::new(design.follows).or_zero(period);
         let share = period / lesser(self.mean_slots, design.memory_slots);
-        let Known { drift, model: Model { mean, sigma, .. }, .. } = self;
-        for (((drift, mean), moved), sigma) in drift.iter_mut().zip(mean).zip(middle).zip(*sigma) {
-            let moved = *drift + share * moved;
-            *mean += ends.or_zero(moved);
-            *drift = within((!ends).or_zero(moved), now.choose(design.drift_sigmas * sigma, f32::MAX));
+        for ((drift, moved), sigma) in self.drift.iter_mut().zip(middle).zip(self.model.sigma) {
+            *drift = within(*drift + share * moved, design.drift_sigmas * sigma);
         }
     }
 

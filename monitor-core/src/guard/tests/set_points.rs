@@ -173,8 +173,8 @@ fn a_loop_that_does_not_settle_at_a_known_set_point_is_an_alarm_when_its_time_is
     for per_slot in [0.002, 0.005, 0.01, 0.02] {
         watch.guard = settled.clone();
         let swinging = |k: u32, [a, b, c]: [f32; 3]| [a + (k as f32 * per_slot).sin(), b, c];
-        let found = first_alarm(&watch.run(10_000, swinging)).unwrap();
-        assert!((1_000..8_000).contains(&found), "{found}");
+        let found = first_alarm(&watch.run(16_000, swinging)).unwrap();
+        assert!((1_000..15_000).contains(&found), "{found}");
     }
 }
 
@@ -225,11 +225,10 @@ fn a_set_point_between_known_ones_is_judged_as_soon_as_it_has_been_seeded_and_li
     let mut watch = between(40);
     let verdicts = watch.run(60_000, |_, x| x);
     assert!(!verdicts.iter().any(Verdict::alarm));
-    let (old, model) = (watch.guard.limits().unwrap(), watch.guard.model().unwrap());
+    let old = watch.guard.limits().unwrap();
     assert!(old[2] < 1.1 * sharp[2], "{old:?} {sharp:?}");
-    for (mean, (expected, sigma)) in model.mean().into_iter().zip(propeller(220.0).into_iter().zip(SIGMA)) {
-        assert!((mean - expected).abs() < 0.05 * sigma, "{mean} {expected}");
-    }
+    let found = first_alarm(&watch.run(4_000, off(Channel::ArmatureVoltage, 0.2))).unwrap();
+    assert!(found > 100, "{found}");
 }
 
 #[test]
