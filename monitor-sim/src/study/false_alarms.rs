@@ -21,7 +21,7 @@ const SECONDS_PER_HOUR: f64 = 3600.0;
 const PICTURED_MOTORS: usize = 12;
 
 /// The study's settings.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct FalseAlarms {
     /// Which monitor.
     pub mode: Mode,
