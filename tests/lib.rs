@@ -2,6 +2,7 @@
 //! audited.
 
 pub mod audit;
+pub mod figures;
 pub mod stream;
 pub mod textbook;
 pub mod toolchain;

@@ -9,7 +9,7 @@
 
 use monitor_core::sample::ModelId;
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::StudyError;
 use super::paper_watch::PaperWatch;
@@ -31,7 +31,7 @@ const DECIMATION: u64 = 10;
 const MODELS: f64 = ModelId::ALL.len() as f64;
 
 /// How often a monitor may be wrong, and the fault-free runs that show what that takes.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Asked {
     /// False alarms per hour.
     pub false_alarms_per_hour: f64,

@@ -41,7 +41,7 @@ const SHIFTS: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
 const RECOVERY_S: f64 = 5.0;
 
 /// The study's settings.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Delay {
     /// Which monitor.
     pub mode: Mode,

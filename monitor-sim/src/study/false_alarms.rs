@@ -32,7 +32,7 @@ const SETTLE_S: f64 = 4.0;
 const PICTURED_MOTORS: usize = 12;
 
 /// The study's settings.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct FalseAlarms {
     /// Which monitor.
     pub mode: Mode,

@@ -31,7 +31,7 @@ const FAULT_S: [f64; 2] = [17.5, 27.5];
 const ISOLABLE_SIGMAS: f64 = 1.0;
 
 /// The study's settings.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Localization {
     /// Which monitor.
     pub mode: Mode,
@@ -50,7 +50,7 @@ pub struct Localization {
 }
 
 /// The faults that a motor may have.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum Faults {
     /// The paper's three: load torque, speed sensor, current sensor

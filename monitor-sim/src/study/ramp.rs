@@ -21,7 +21,7 @@ use crate::tables::{TextTable, significant};
 const BEGIN_S: f64 = 20.0;
 
 /// The study's settings.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Ramp {
     /// Which monitor.
     pub mode: Mode,

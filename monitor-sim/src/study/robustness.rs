@@ -125,7 +125,7 @@ const fn sigmas(scenario: &Scenario) -> [f64; 3] {
 }
 
 /// The study's settings.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Robustness {
     /// Which monitor.
     pub mode: Mode,

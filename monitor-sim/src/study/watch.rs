@@ -122,7 +122,7 @@ pub struct Limits {
 }
 
 /// Which monitor is studied.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum Mode {
     /// Small faults, limits from the false alarms that are asked for

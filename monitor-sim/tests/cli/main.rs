@@ -12,6 +12,7 @@ mod guard_mission;
 mod guard_replay;
 mod mission;
 mod models;
+mod readme;
 mod replay;
 mod study;
 #[cfg(target_os = "linux")]
