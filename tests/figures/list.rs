@@ -80,6 +80,7 @@ pub const FIGURES: &[Figure] = &[
     figure("delay-100-guard", "study delay --asked 3.6 --sizes 1 --seeds 100 --mode guard", WHITE),
     figure("false-alarms-paper", "study false-alarms --motors 200 --hours 100 --mode paper", TOTAL),
     figure("false-alarms-guard", "study false-alarms --motors 200 --hours 100 --mode guard", TOTAL),
+    figure("false-alarms-changing", "study false-alarms --motors 200 --hours 100 --change 30", TOTAL),
     figure("false-alarms-rare-paper", "study false-alarms --motors 150 --hours 150 --asked 0.01 --mode paper", TOTAL),
     figure("localization-1000", "study localization --motors 1000 --seed 5 --faults paper", NAMES),
     figure("false-alarms-rare-guard", "study false-alarms --motors 1000 --hours 1000 --asked 0.01", TOTAL),

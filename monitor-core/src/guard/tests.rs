@@ -467,6 +467,17 @@ fn with_a_hold_a_disturbance_is_silence_and_a_fault_is_raised_as_late_and_dated_
 }
 
 #[test]
+fn a_mean_that_may_not_follow_is_not_taken_to_be_known_better_with_time() {
+    let trend = |drift_sigmas| {
+        let mut watch = Watch::new(&Config { drift_sigmas, ..config() }, 46);
+        watch.run(100_000, |_, x| x);
+        watch.guard.limits().unwrap()[TREND]
+    };
+    let (follows, fixed) = (trend(0.5), trend(0.0));
+    assert!(fixed > 4.0 * follows, "{fixed} {follows}");
+}
+
+#[test]
 fn settings_that_make_no_sense_are_refused_by_name() {
     let refused = |change: fn(&mut Config)| {
         let mut config = config();

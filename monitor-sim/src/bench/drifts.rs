@@ -40,7 +40,7 @@ pub struct Totals {
     /// Hours of healthy runs that were judged.
     pub healthy_hours: f64,
     /// Drifts that were added.
-    pub drifts: usize,
+    pub injected: usize,
     /// Of them, those that were found.
     pub found: usize,
     /// Of those, the ones in whose alarm the channel that drifts has the largest share.
@@ -310,7 +310,7 @@ fn totals(pairs: &[Pair], rate_hz: f64) -> Totals {
         refused_pairs: healthy.len() - judged().count(),
         false_alarms: judged().filter_map(|judged| judged.alarms).sum(),
         healthy_hours: judged().filter_map(|judged| judged.judged_rows).sum::<usize>() as f64 / rate_hz / 3600.0,
-        drifts: drifts.len(),
+        injected: drifts.len(),
         found: drifts.iter().filter(|case| case.found).count(),
         named_right: drifts.iter().filter(right).count(),
         median_delay_s: delays.map(|delays| delays.median),

@@ -116,7 +116,7 @@ fn totals(report: &DriftReport) -> TextTable {
         totals.refused_pairs.to_string(),
         totals.false_alarms.to_string(),
         format!("{:.3}", totals.healthy_hours),
-        format!("{} of {}", totals.found, totals.drifts),
+        format!("{} of {}", totals.found, totals.injected),
         format!("{} of {}", totals.named_right, totals.found),
         number(totals.median_delay_s, 1),
     ];
@@ -177,7 +177,7 @@ pub(super) fn summary_of_drifts(report: &DriftReport) -> String {
         totals.false_alarms,
         totals.healthy_pairs - totals.refused_pairs,
         totals.found,
-        totals.drifts,
+        totals.injected,
         totals.named_right,
         ours(report.about.settings.mode),
     )

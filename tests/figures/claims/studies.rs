@@ -13,8 +13,21 @@ pub(super) const TABLES: &[Table] = &[
 /// The faults that the README compares.
 const FAULTS: [&str; 3] = ["F1", "F2", "F3"];
 
-pub(super) const GROUPS: &[Group] =
-    &[often, rarely, bullets, trouble, delays, white, ramps, names, many_names, few_alarms, fewest_alarms, limits];
+pub(super) const GROUPS: &[Group] = &[
+    often,
+    rarely,
+    bullets,
+    trouble,
+    delays,
+    white,
+    ramps,
+    names,
+    many_names,
+    few_alarms,
+    fewest_alarms,
+    changing,
+    limits,
+];
 
 /// The rate of false alarms with the ends of its interval.
 const RATE: [&str; 3] = ["/alarms_per_hour", "/alarms_per_hour_low_95", "/alarms_per_hour_high_95"];
@@ -204,6 +217,16 @@ fn fewest_alarms(r: &Records) -> Vec<Claim> {
     vec![claim(
         "| the same over 1,000 hours and motors, where 0.01 were asked for | | {} ({} to {}) | `{}` |",
         [rate(r, name), vec![r.command(&[name])]].concat(),
+    )]
+}
+
+fn changing(r: &Records) -> Vec<Claim> {
+    let name = "false-alarms-changing";
+    let share = r.number(name, "row=total", "/judged_share").map(|share| 100.0 * share);
+    vec![claim(
+        "| missions that change their speed every 30 s: judged for, and false alarms an hour of that where 0.1 were asked for | | {} %; {} \
+         ({} to {}) | `{}` |",
+        [vec![About(share)], rate(r, name), vec![r.command(&[name])]].concat(),
     )]
 }
 
