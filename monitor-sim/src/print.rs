@@ -154,7 +154,7 @@ pub(crate) fn shown(table: TextTable) -> String {
     format!("{}\n{drawn}\n\n", table.caption)
 }
 
-fn written(files: &[PathBuf]) -> String {
+pub(crate) fn written(files: &[PathBuf]) -> String {
     let listed: Vec<String> = files.iter().map(|path| path.display().to_string()).collect();
     format!("Written: {}\n", listed.join(", "))
 }

@@ -1,6 +1,6 @@
 //! `monitor-sim study`: makes a study of what was asked for, runs it, prints what it found.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use monitor_sim::study::delay::Delay;
@@ -9,7 +9,7 @@ use monitor_sim::study::localization::Localization;
 use monitor_sim::study::page::page;
 use monitor_sim::study::ramp::Ramp;
 use monitor_sim::study::robustness::Robustness;
-use monitor_sim::study::speed::Speed;
+use monitor_sim::study::speed::{self, Speed};
 use monitor_sim::study::{self, Run, Study};
 
 use crate::args::study::{ANY_LIMITS, CommonArgs, StudyArgs, StudyCommand};
@@ -41,18 +41,24 @@ pub(crate) fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
             make(&Robustness { mode, seed, asked, motors, size, healthy_s }, common)
         }
         StudyCommand::Tune(args) => tune(args),
-        StudyCommand::Speed { steps, mode, seed, json } => {
-            measure(&Speed { mode: *mode, seed: *seed, asked: ANY_LIMITS, steps: *steps }, *json)
+        StudyCommand::Speed { steps, mode, seed, page, json } => {
+            measure(&Speed { mode: *mode, seed: *seed, asked: ANY_LIMITS, steps: *steps }, page.as_deref(), *json)
         }
     }
 }
 
-fn measure(speed: &Speed, as_json: bool) -> Result<ExitCode, Failure> {
-    let bar = progress(Some(speed.measurements()), "measurements");
-    let report = speed.run(|| bar.inc(1));
+fn measure(study: &Speed, page: Option<&Path>, as_json: bool) -> Result<ExitCode, Failure> {
+    let page = pending("--page", page)?;
+    let bar = progress(Some(study.measurements()), "measurements");
+    let report = study.run(|| bar.inc(1));
     bar.finish_and_clear();
     let report = report?;
-    print_all(&if as_json { json(&report)? } else { report.tables().into_iter().map(print::shown).collect() })
+    let written = page.map(|file| file.finish_with(&speed::page(&report))).transpose()?;
+    if as_json {
+        return print_all(&json(&report)?);
+    }
+    let tables = report.tables().into_iter().map(print::shown);
+    print_all(&tables.chain(written.map(|path| print::written(&[path]))).collect::<String>())
 }
 
 fn make<S: Study>(study: &S, common: &CommonArgs) -> Result<ExitCode, Failure> {

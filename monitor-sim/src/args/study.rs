@@ -58,7 +58,7 @@ Exit codes: 0 done, 2 the input or the command line was wrong.";
 
 const SPEED_EXAMPLES: &str = "\
 Examples:
-  monitor-sim study speed
+  monitor-sim study speed --page speed.html
   monitor-sim study speed --json | jq '.rows[].steps_per_s_and_thread'
 
 Exit codes: 0 done, 2 the input or the command line was wrong.";
@@ -170,6 +170,9 @@ pub(crate) enum StudyCommand {
         /// Seed of the random motor and the noise
         #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
         seed: u64,
+        /// Write a page with pictures to this file
+        #[arg(long, value_name = "FILE")]
+        page: Option<PathBuf>,
         /// Print one JSON document instead of a table
         #[arg(long)]
         json: bool,

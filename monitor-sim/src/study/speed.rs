@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 mod kernels;
+mod page;
 
 use super::calibrate::Asked;
 use super::false_alarms::limits_of;
@@ -23,6 +24,7 @@ use crate::scenario::Scenario;
 use crate::tables::{TextTable, significant};
 
 pub use kernels::KernelRow;
+pub use page::page;
 
 /// Repetitions of each measurement, of which the fastest counts: what else runs on the machine only makes it slower.
 const REPETITIONS: usize = 5;

@@ -152,6 +152,7 @@ fn every_picture_of_a_study_is_there_and_no_text_in_it_lies_on_another() {
         ("localization --motors 2", 2),
         ("robustness --motors 1 --healthy 10", 3),
         ("tune --runs 2", 1),
+        ("speed --steps 1000", 2),
     ] {
         desk.run(&format!("study {study} --page page.html")).success();
         let (seen, console): (Vec<PictureSeen>, _) =
