@@ -125,7 +125,7 @@ impl Judge {
     ) {
         let [of_fast, of_middle, ..] = &design.scales;
         let up = Flag::new(verdict.standing.alarm());
-        self.sense(senses, count, &verdict.readings); //                                                 is it a sensor still?
+        self.sense(senses, count, &verdict.readings); //                                         is it a sensor still?
         let (deviation, held) = self.deviation(verdict.readings); //                             from the mean (1.7)
         let keep = !held;
         self.fast = smoothed(self.fast, keep.or_zero(of_fast.weight()), deviation);
