@@ -2,7 +2,7 @@
 
 use crate::controller::{Cascade, CascadeState};
 use crate::exponential::ExponentialMotor;
-use crate::fault::{ActingFaults, Actions, FaultPoint, Injection};
+use crate::fault::{ActingFaults, Actions, Fault, FaultPoint, Injection};
 use crate::motor::{Load, Motor, MotorParameters, MotorState};
 use crate::noise::{GaussMarkov, Sensor, Stream};
 use crate::scenario::{Scenario, SetPoint, Start, set_point_at};
@@ -134,6 +134,12 @@ impl Plant {
         let (load, speed, period_s) = (scenario.load.mean(), scenario.set_point(0.0), 1.0 / scenario.control_rate_hz);
         let motor = ExponentialMotor::new(&scenario.motor, &load, speed, period_s);
         Self { exponential: Some(motor), ..Self::new(scenario, seed) }
+    }
+
+    /// From now on with these faults in place of its own. `seed` is the mission's, for faults that act at random.
+    #[must_use]
+    pub fn with_faults(self, seed: u64, faults: &[Fault]) -> Self {
+        Self { faults: ActingFaults::new(seed, faults), ..self }
     }
 
     /// The true values at the instant of the sample returned last.

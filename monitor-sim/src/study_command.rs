@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use monitor_sim::scenario::Scenario;
 use monitor_sim::study::delay::Delay;
 use monitor_sim::study::false_alarms::FalseAlarms;
 use monitor_sim::study::localization::Localization;
@@ -13,7 +14,7 @@ use monitor_sim::study::speed::{self, Speed};
 use monitor_sim::study::{self, Run, Study};
 
 use crate::args::study::{ANY_LIMITS, CommonArgs, StudyArgs, StudyCommand};
-use crate::{Failure, different, json, pending, print, print_all, progress, tune};
+use crate::{Failure, different, json, pending, print, print_all, progress, scenario, tune};
 
 pub(crate) fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
     match &args.study {
@@ -25,10 +26,12 @@ pub(crate) fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
             let (mode, seed, asked) = common.settings();
             make(&Delay { mode, seed, asked, seeds: *seeds, sizes: sizes.clone() }, common)
         }
-        StudyCommand::Ramp { seeds, size, ramp, known, common } => {
+        StudyCommand::Ramp { seeds, size, ramp, known, smallest, scenario, common } => {
             let (mode, seed, asked) = common.settings();
             let (seeds, size, ramp_s, known_s) = (*seeds, *size, *ramp, *known);
-            make(&Ramp { mode, seed, asked, seeds, size, ramp_s, known_s }, common)
+            let scenario = scenario.as_deref().map(faulty).transpose()?;
+            let smallest = *smallest;
+            make(&Ramp { mode, seed, asked, seeds, size, ramp_s, known_s, smallest, scenario }, common)
         }
         StudyCommand::Localization { motors, sizes, constants_off, faults, common } => {
             let (mode, seed, asked) = common.settings();
@@ -45,6 +48,15 @@ pub(crate) fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
             measure(&Speed { mode: *mode, seed: *seed, asked: ANY_LIMITS, steps: *steps }, page.as_deref(), *json)
         }
     }
+}
+
+/// A scenario that has faults.
+fn faulty(path: &Path) -> Result<Scenario, Failure> {
+    let scenario = scenario(Some(path))?;
+    if scenario.faults.is_empty() {
+        return Err(format!("scenario '{}' has no fault that could grow; add a [[fault]]", path.display()).into());
+    }
+    Ok(scenario)
 }
 
 fn measure(study: &Speed, page: Option<&Path>, as_json: bool) -> Result<ExitCode, Failure> {

@@ -37,6 +37,8 @@ const RAMP_EXAMPLES: &str = "\
 Examples:
   monitor-sim study ramp                               limits for one false alarm in ten hours
   monitor-sim study ramp --seeds 200 --size 0.5 --json | jq '.rows[].value_at_detection.median'
+  monitor-sim study ramp --scenario my.toml --ramp 100 --known 3600 --smallest
+      how small a fault of my motor is found at all while it grows for 100 s?
 
 Exit codes: 0 done, 2 the input or the command line was wrong.";
 
@@ -119,6 +121,12 @@ pub(crate) enum StudyCommand {
         /// How long the healthy motor has been watched before the ramp begins, s
         #[arg(long, value_name = "S", default_value_t = 0.0, allow_negative_numbers = true, value_parser = not_negative)]
         known: f64,
+        /// Look for the smallest ramp that is detected before it ends, down to a thousandth of --size
+        #[arg(long)]
+        smallest: bool,
+        /// Motor at its first set point, and the faults that grow, each by itself, to its amplitude (TOML); figure 1 if left out
+        #[arg(long, value_name = "FILE")]
+        scenario: Option<PathBuf>,
         #[command(flatten)]
         common: CommonArgs,
     },

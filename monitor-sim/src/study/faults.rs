@@ -156,13 +156,25 @@ impl Culprit {
 /// The motor of figure 1, turning from the beginning, learning over the paper's 15 s, for `duration_s` seconds.
 #[must_use]
 pub fn figure_1_motor(duration_s: f64) -> Scenario {
+    steady(&Scenario::figure_1(), duration_s)
+}
+
+/// The motor of a scenario without its faults, turning at its first set point from the beginning, learning for as long as
+/// the scenario says from [`BEGIN_S`] on, for `duration_s` seconds.
+#[must_use]
+pub fn steady(scenario: &Scenario, duration_s: f64) -> Scenario {
+    let LearnWindow { start_s, end_s } = scenario.learn;
     Scenario {
         duration_s,
         start: Start::Steady,
-        learn: LearnWindow { start_s: 0.5, end_s: 15.5 },
-        ..Scenario::figure_1().without_faults()
+        learn: LearnWindow { start_s: BEGIN_S, end_s: BEGIN_S + (end_s - start_s) },
+        set_points: scenario.set_points.iter().take(1).copied().collect(),
+        ..scenario.without_faults()
     }
 }
+
+/// When a motor that is settled from the beginning is learned, s.
+const BEGIN_S: f64 = 0.5;
 
 /// The learned baseline of a fault-free run of a motor, without a monitor.
 #[must_use]

@@ -12,6 +12,7 @@ use crate::names::ChannelNames;
 const SEED_S: f64 = 1.0;
 
 /// The monitor, and the directions by which it names faults once it has learned.
+#[derive(Clone)]
 pub(super) struct GuardWatch(Guardian);
 
 impl GuardWatch {
@@ -37,6 +38,10 @@ impl Watch for GuardWatch {
 
     fn skip(&mut self) -> Said {
         said(&self.0.skip())
+    }
+
+    fn copy(&self) -> Box<dyn Watch> {
+        Box::new(self.clone())
     }
 
     fn refused(&self) -> Option<String> {

@@ -12,6 +12,7 @@ use crate::names::{ByModel, ChannelNames, explain_config};
 use crate::settings::PaperSettings;
 
 /// The paper's monitor.
+#[derive(Clone)]
 pub(super) struct PaperWatch(Monitor);
 
 impl PaperWatch {
@@ -63,6 +64,10 @@ impl Watch for PaperWatch {
     fn skip(&mut self) -> Said {
         self.0.skip(Absence::Missing);
         self.said()
+    }
+
+    fn copy(&self) -> Box<dyn Watch> {
+        Box::new(self.clone())
     }
 
     fn refused(&self) -> Option<String> {

@@ -1,24 +1,25 @@
-//! `study ramp`: the value that a growing fault has reached when it is detected, over seeds, in the motor of figure 1.
+//! `study ramp`: the value that a growing fault has reached when it is detected, over seeds, in the motor of figure 1 or
+//! in one's own.
 
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::calibrate::Asked;
 use super::false_alarms::{calibration_steps, limits_of};
-use super::faults::{Culprit, figure_1_motor};
+use super::faults::{Culprit, steady};
 use super::flight::{Episode, fly};
 use super::summary::{Spread, shown};
-use super::watch::{Known, Limits, Mode, Name};
+use super::watch::{Known, Limits, Mode, Name, Watch};
 use super::{Findings, Study, StudyError, purpose, seed_of};
 use crate::chart::{Axis, Range, range_chart};
-use crate::fault::FaultProfile;
+use crate::fault::{Fault, FaultProfile};
 use crate::page::Block;
 use crate::plant::Plant;
 use crate::scenario::Scenario;
 use crate::tables::{TextTable, significant};
 
-/// When the first ramp may begin, s: learning ends at 15.5 s.
-const BEGIN_S: f64 = 20.0;
+/// From the end of the learning window to the first ramp, s.
+const AFTER_LEARNING_S: f64 = 4.5;
 
 /// The study's settings.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -31,42 +32,136 @@ pub struct Ramp {
     pub asked: Asked,
     /// Flights of each fault.
     pub seeds: u64,
-    /// Last value of each ramp, as a share of [`Culprit::figure_1_amplitude`].
+    /// Last value of each ramp, as a share of [`Culprit::figure_1_amplitude`], or of the scenario's own.
     pub size: f64,
     /// How long a ramp takes to its last value, s.
     pub ramp_s: f64,
     /// How long the monitor has watched the healthy motor before, s.
     pub known_s: f64,
+    /// Look for the smallest ramp that is detected before it ends, in place of the value at detection.
+    #[serde(skip_serializing_if = "std::ops::Not::not", default)]
+    pub smallest: bool,
+    /// The motor at its first set point, and the faults that grow; the motor of figure 1 with [`Culprit::ALL`] if none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scenario: Option<Scenario>,
 }
 
-/// One flight.
+/// How many ramps there are from one to another that is twice as large, when the smallest is looked for, and how often it may
+/// halve.
+const PER_OCTAVE: u32 = 8;
+const OCTAVES: u32 = 10;
+
+/// One flight, or the search for the smallest ramp.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct RampFlight {
+    /// An alarm stood before the ramp began; of a search also, if one comes without a ramp.
     early: bool,
-    /// The fault's value when the alarm came, in its unit.
+    /// The fault's value when the alarm came, or the last one of the smallest ramp that is detected; in its unit.
     value: Option<f64>,
     steps: u64,
 }
 
 impl Ramp {
-    fn culprit(&self, unit: u64) -> &'static Culprit {
-        &Culprit::ALL[(unit / self.seeds) as usize]
+    /// What grows, with its last value; the times are those of a step.
+    fn faults(&self) -> Vec<Fault> {
+        let of_figure_1 = |culprit: &Culprit| culprit.fault(culprit.figure_1_amplitude(), FaultProfile::Step, 0.0, 1.0);
+        let faults = match &self.scenario {
+            Some(scenario) => scenario.faults.clone(),
+            None => Culprit::ALL.iter().map(of_figure_1).collect(),
+        };
+        let [start_s, end_s] = self.interval_s();
+        let grown = |fault: Fault| {
+            let amplitude = self.size * fault.amplitude;
+            Fault { amplitude, profile: FaultProfile::Ramp, start_s, end_s, ..fault }
+        };
+        faults.into_iter().map(grown).collect()
     }
 
     /// Beginning and end of the ramp, s.
     fn interval_s(&self) -> [f64; 2] {
-        let start_s = BEGIN_S + self.known_s;
+        let start_s = self.motor_for(0.0).learn.end_s + AFTER_LEARNING_S + self.known_s;
         [start_s, start_s + self.ramp_s]
     }
 
     fn motor(&self) -> Scenario {
         let [_, end_s] = self.interval_s();
-        figure_1_motor(end_s)
+        self.motor_for(end_s)
+    }
+
+    fn motor_for(&self, duration_s: f64) -> Scenario {
+        let own = self.scenario.clone().unwrap_or_else(Scenario::figure_1);
+        steady(&own, duration_s)
+    }
+
+    /// What comes before the ramp of a fault.
+    fn healthy(&self, limits: &Limits, fault: &Fault, seed: u64) -> Result<Healthy, StudyError> {
+        let motor = self.motor();
+        Scenario { faults: vec![fault.clone()], ..motor.clone() }.validate()?;
+        let mut watch = self.mode.watch(&Known::of(&motor), limits)?;
+        let mut episode = Episode::new(Name::of(fault.point), fault.start_s, fault.end_s, motor.rate_hz());
+        let mut plant = Plant::exponential(&motor, seed);
+        let before = (fault.start_s * motor.rate_hz()) as usize;
+        let flown = fly(plant.by_ref().take(before), watch.as_mut(), |index, _, said| episode.push(index, said));
+        Ok(Healthy { plant, seed, watch, episode, flown })
     }
 
     fn flight_seed(&self, unit: u64) -> u64 {
         seed_of(self.seed, purpose::FLIGHT, unit % self.seeds)
     }
+}
+
+/// A flight up to the ramp: what follows differs by the fault alone.
+struct Healthy {
+    plant: Plant,
+    seed: u64,
+    watch: Box<dyn Watch>,
+    episode: Episode,
+    flown: u64,
+}
+
+impl Healthy {
+    /// Goes on with a fault.
+    fn with(&self, fault: &Fault) -> RampFlight {
+        let flight = self.go_on(std::slice::from_ref(fault));
+        RampFlight { value: flight.value.map(|t_s| fault.value(fault.start_s + t_s)), ..flight }
+    }
+
+    /// Goes on to the end; the value is the time until the alarm, s.
+    fn go_on(&self, faults: &[Fault]) -> RampFlight {
+        let (mut watch, mut episode) = (self.watch.copy(), self.episode.clone());
+        let plant = self.plant.clone().with_faults(self.seed, faults);
+        let steps = fly(plant, watch.as_mut(), |index, _, said| episode.push(self.flown + index, said));
+        let outcome = episode.outcome();
+        RampFlight { early: outcome.early, value: outcome.detected_s, steps }
+    }
+}
+
+/// By halves, all in the same noise: of two ramps the larger one is the easier to find.
+fn least_ramp(healthy: &Healthy, fault: &Fault) -> RampFlight {
+    let amplitude = |n: u32| fault.amplitude * (-f64::from(n) / f64::from(PER_OCTAVE)).exp2();
+    let without = healthy.go_on(&[]);
+    let mut steps = without.steps;
+    if without.early || without.value.is_some() {
+        return RampFlight { early: true, value: None, steps };
+    }
+    let mut is_found = |n| {
+        let flight = healthy.with(&Fault { amplitude: amplitude(n), ..fault.clone() });
+        steps += flight.steps;
+        flight.value.is_some()
+    };
+    let (mut found, mut missed) = (None, PER_OCTAVE * OCTAVES);
+    let mut next = 0;
+    while found != Some(next) {
+        if is_found(next) {
+            found = Some(next);
+        } else if found.is_none() {
+            break;
+        } else {
+            missed = next;
+        }
+        next = found.unwrap_or_default().midpoint(missed);
+    }
+    RampFlight { early: false, value: found.map(amplitude), steps }
 }
 
 impl Study for Ramp {
@@ -75,7 +170,8 @@ impl Study for Ramp {
     const NAME: &'static str = "ramp";
 
     fn units(&self) -> u64 {
-        Culprit::ALL.len() as u64 * self.seeds
+        let faults = self.scenario.as_ref().map_or(Culprit::ALL.len(), |scenario| scenario.faults.len());
+        faults as u64 * self.seeds
     }
 
     fn prepare(&self) -> Result<Limits, StudyError> {
@@ -83,17 +179,10 @@ impl Study for Ramp {
     }
 
     fn unit(&self, limits: &Limits, unit: u64) -> Result<RampFlight, StudyError> {
-        let culprit = self.culprit(unit);
-        let [start_s, end_s] = self.interval_s();
-        let fault = culprit.fault(self.size * culprit.figure_1_amplitude(), FaultProfile::Ramp, start_s, end_s);
-        let scenario = Scenario { faults: vec![fault.clone()], ..self.motor() };
-        scenario.validate()?;
-        let mut watch = self.mode.watch(&Known::of(&scenario), limits)?;
-        let mut episode = Episode::new(Name::of(culprit.point), start_s, end_s, scenario.rate_hz());
-        let plant = Plant::exponential(&scenario, self.flight_seed(unit));
-        let steps = fly(plant, watch.as_mut(), |index, _, said| episode.push(index, said));
-        let outcome = episode.outcome();
-        Ok(RampFlight { early: outcome.early, value: outcome.detected_s.map(|t_s| fault.value(start_s + t_s)), steps })
+        let fault = self.faults().swap_remove((unit / self.seeds) as usize);
+        let healthy = self.healthy(limits, &fault, self.flight_seed(unit))?;
+        let flight = if self.smallest { least_ramp(&healthy, &fault) } else { healthy.with(&fault) };
+        Ok(RampFlight { steps: flight.steps + healthy.flown, ..flight })
     }
 
     fn findings(&self, limits: &Limits, units: &[RampFlight]) -> Findings {
@@ -109,17 +198,24 @@ impl Study for Ramp {
             "greatest",
             "at the end",
         ];
-        let mut table = TextTable::new("Value of a growing fault when it is detected, motor of figure 1", header);
+        let motor = self.scenario.as_ref().map_or("figure 1", |scenario| &scenario.name);
+        let what = if self.smallest {
+            format!("Last value of the smallest ramp over {} s that is detected", self.ramp_s)
+        } else {
+            "Value of a growing fault when it is detected".to_owned()
+        };
+        let title = format!("{what}, motor of {motor}");
+        let mut table = TextTable::new(&title, header);
+        let of_what = if self.smallest { "smallest_ramp" } else { "value_at_detection" };
         let mut rows = Vec::new();
         let mut ranges = Vec::new();
-        for (n, flights) in units.chunks(self.seeds as usize).enumerate() {
-            let culprit = &Culprit::ALL[n];
-            let amplitude = self.size * culprit.figure_1_amplitude();
-            let unit = culprit.fault(amplitude, FaultProfile::Ramp, 0.0, 1.0).unit();
+        for (fault, flights) in self.faults().iter().zip(units.chunks(self.seeds as usize)) {
+            let Fault { id, point, kind, amplitude, .. } = fault;
+            let unit = fault.unit();
             // A gain or offset below 0 grows downwards: its magnitude is what was reached.
             let values: Vec<f64> = flights.iter().filter_map(|f| f.value).map(f64::abs).collect();
             let spread = Spread::of(values.iter().copied());
-            let name = format!("{} {}", culprit.id, Name::of(culprit.point).words());
+            let name = format!("{id} {}", Name::of(*point).words());
             ranges.extend(spread.map(|spread| in_percent(&name, &spread, amplitude.abs())));
             let of = |pick: fn(&Spread) -> f64| shown(spread.as_ref().map(pick));
             table.rows.push(vec![
@@ -135,10 +231,10 @@ impl Study for Ramp {
                 significant(amplitude.abs()),
             ]);
             rows.push(json!({
-                "fault": culprit.id, "point": culprit.point, "kind": culprit.kind, "unit": unit,
+                "fault": id, "point": point, "kind": kind, "unit": unit,
                 "amplitude": amplitude, "ramp_s": self.ramp_s, "known_s": self.known_s, "flights": flights.len(),
                 "first_seed": self.flight_seed(0), "early_alarms": flights.iter().filter(|f| f.early).count(),
-                "detected": values.len(), "value_at_detection": spread, "values": values,
+                "detected": values.len(), of_what: spread, "values": values,
                 "thresholds": limits.thresholds,
             }));
         }

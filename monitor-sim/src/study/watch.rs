@@ -37,6 +37,9 @@ pub trait Watch: Send {
     /// Lets a slot go by that has no sample.
     fn skip(&mut self) -> Said;
 
+    /// Another one that has seen the same.
+    fn copy(&self) -> Box<dyn Watch>;
+
     /// Why the last learning window was refused, if it was and no other has been accepted since.
     fn refused(&self) -> Option<String>;
 

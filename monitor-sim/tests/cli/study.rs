@@ -213,6 +213,24 @@ fn a_larger_fault_is_seen_sooner_and_white_noise_no_sooner_than_theory_allows() 
 }
 
 #[test]
+fn the_smallest_ramp_of_a_scenarios_own_fault_is_found_and_half_of_it_is_not() {
+    let desk = Desk::new();
+    let fault = "[[fault]]\nid = \"A\"\nname = \"a\"\npoint = \"current_sensor\"\nkind = \"offset\"\nprofile = \"step\"\n\
+                 amplitude = 0.5\nstart_s = 10.0\nend_s = 12.0\n";
+    let motor = "name = \"mine\"\nduration_s = 20.0\n[learn]\nstart_s = 1.0\nend_s = 5.0\n";
+    desk.write("own.toml", format!("{motor}{fault}"));
+    let of = |options: &str| desk.json(&format!("study ramp --scenario own.toml --seeds 1 --ramp 5 {options}"), 0);
+    let smallest = of("--smallest")["rows"][0]["smallest_ramp"]["median"].as_f64().unwrap();
+    assert!(smallest > 0.0 && smallest < 0.1, "{smallest}");
+    // Just as large a ramp is detected before it ends; one of half the size is not.
+    let found = |size: f64| of(&format!("--size {size}"))["rows"][0]["detected"] == 1;
+    assert!(found(smallest / 0.5) && !found(smallest / 1.0), "{smallest}");
+    desk.write("none.toml", motor);
+    desk.refuses("study ramp --scenario none.toml", &["none.toml", "no fault", "[[fault]]"]);
+    desk.refuses("study ramp --scenario nowhere.toml", &["nowhere.toml"]);
+}
+
+#[test]
 fn the_value_of_a_ramp_at_detection_lies_on_the_ramp() {
     let report = Desk::new().json("study ramp --mode paper --seeds 3 --calibration-runs 2 --calibration-judged 30", 0);
     let rows = report["rows"].as_array().unwrap();
