@@ -112,7 +112,7 @@ pub(crate) enum StudyCommand {
         /// Flights of each fault
         #[arg(long, value_name = "N", default_value_t = 20, allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..=100_000))]
         seeds: u64,
-        /// Last value of the ramps, in shares of the faults of figure 1
+        /// Last value of the ramps, in shares of the faults of figure 1 or of the scenario
         #[arg(long, value_name = "X", default_value_t = 1.0, allow_negative_numbers = true, value_parser = positive)]
         size: f64,
         /// How long the ramps take to their last value, s

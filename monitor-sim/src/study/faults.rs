@@ -160,7 +160,7 @@ pub fn figure_1_motor(duration_s: f64) -> Scenario {
 }
 
 /// The motor of a scenario without its faults, turning at its first set point from the beginning, learning for as long as
-/// the scenario says from [`BEGIN_S`] on, for `duration_s` seconds.
+/// the scenario says from half a second on, for `duration_s` seconds.
 #[must_use]
 pub fn steady(scenario: &Scenario, duration_s: f64) -> Scenario {
     let LearnWindow { start_s, end_s } = scenario.learn;

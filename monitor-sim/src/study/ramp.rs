@@ -62,7 +62,7 @@ pub struct RampFlight {
 }
 
 impl Ramp {
-    /// What grows, with its last value; the times are those of a step.
+    /// What grows, each by itself: from nothing at the beginning of the ramp to its last value at the end.
     fn faults(&self) -> Vec<Fault> {
         let of_figure_1 = |culprit: &Culprit| culprit.fault(culprit.figure_1_amplitude(), FaultProfile::Step, 0.0, 1.0);
         let faults = match &self.scenario {
@@ -242,7 +242,7 @@ impl Study for Ramp {
         let steps = units.iter().map(|unit| unit.steps).sum::<u64>() + calibrated;
         let detected = units.iter().filter(|unit| unit.value.is_some()).count();
         let summary = format!(
-            "{detected} of {} faults detected while they grew to {} times those of figure 1.",
+            "{detected} of {} faults detected while they grew to {} times those of {motor}.",
             units.len(),
             self.size
         );
