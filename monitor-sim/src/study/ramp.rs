@@ -199,14 +199,16 @@ impl Study for Ramp {
             "at the end",
         ];
         let motor = self.scenario.as_ref().map_or("figure 1", |scenario| &scenario.name);
-        let what = if self.smallest {
-            format!("Last value of the smallest ramp over {} s that is detected", self.ramp_s)
+        let (what, name, of_what) = if self.smallest {
+            let what = format!("Last value of the smallest ramp over {} s that is detected", self.ramp_s);
+            (what, "last value of the smallest ramp, % of the largest", "smallest_ramp")
         } else {
-            "Value of a growing fault when it is detected".to_owned()
+            let what = "Value of a growing fault when it is detected".to_owned();
+            (what, "value when detected, % of the value at the end", "value_at_detection")
         };
+        let axis = Axis { name, log: true };
         let title = format!("{what}, motor of {motor}");
         let mut table = TextTable::new(&title, header);
-        let of_what = if self.smallest { "smallest_ramp" } else { "value_at_detection" };
         let mut rows = Vec::new();
         let mut ranges = Vec::new();
         for (fault, flights) in self.faults().iter().zip(units.chunks(self.seeds as usize)) {
@@ -246,11 +248,8 @@ impl Study for Ramp {
             units.len(),
             self.size
         );
-        let axis = Axis { name: "value when detected, % of the value at the end", log: true };
-        let caption = "Value of a growing fault when it is detected: from the least to the greatest, half of the flights, and \
-                       the median.";
-        let figures =
-            vec![Block::Figure { caption: caption.to_owned(), pictures: vec![range_chart(&ranges, axis, None)] }];
+        let caption = format!("{what}: from the least to the greatest, half of the flights, and the median.");
+        let figures = vec![Block::Figure { caption, pictures: vec![range_chart(&ranges, axis, None)] }];
         Findings { summary, figures, rows, tables: vec![table], steps }
     }
 }

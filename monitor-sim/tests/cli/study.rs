@@ -222,6 +222,10 @@ fn the_smallest_ramp_of_a_scenarios_own_fault_is_found_and_half_of_it_is_not() {
     let of = |options: &str| desk.json(&format!("study ramp --scenario own.toml --seeds 1 --ramp 5 {options}"), 0);
     let smallest = of("--smallest")["rows"][0]["smallest_ramp"]["median"].as_f64().unwrap();
     assert!(smallest > 0.0 && smallest < 0.1, "{smallest}");
+    let words =
+        ["Last value of the smallest ramp over 5 s that is detected: ", "of the smallest ramp, %", "those of mine."];
+    stdout(&desk, "study ramp --scenario own.toml --seeds 1 --ramp 5 --smallest --page r.html");
+    assert_page(&desk, "r.html", &words);
     // A ramp to that value, of a fault of 0.5 A, is detected before it ends; one to half of it is not.
     let found = |size: f64| of(&format!("--size {size}"))["rows"][0]["detected"] == 1;
     assert!(found(smallest / 0.5) && !found(smallest), "{smallest}");
