@@ -23,6 +23,12 @@ const CLIPPED_TO: f32 = 0.1;
 const DRIFT_SIGMAS: f32 = 0.25;
 const DRIFT_STANDARD_ERRORS: f32 = 6.0;
 
+/// From how many independent samples on a window shows the directions of the middle scale's noise; of fewer, its size only.
+const SHAPED_FROM: f32 = 30.0;
+
+/// Degrees of freedom of a variance along known directions, per independent sample: one for each channel.
+const DEGREES_OF_SIZE: f32 = 3.0;
+
 /// How many times the standard deviation of smoothed noise may be that of smoothed white noise.
 const NOISE_MEMORY: f32 = 3.0;
 
@@ -126,27 +132,27 @@ impl Model {
         let middle_floored = design.floored(&middle, of_middle, middle_scale.weight());
         let [fast_held, middle_held] = [(&fast_floored, &fast), (&middle_floored, &middle)].map(|(a, b)| a != b);
         let (fast, _) = metric(&fast_floored)?;
-        let (middle, _) = metric(&middle_floored)?;
-        // A window holds few independent samples of the slower scales. Their metrics are the middle scale's, for so much less
-        // noise as more averaging leaves; where the window shows more than that, noise has a memory, and it counts.
-        let averaged = |ratio: f32| {
-            let mut metric = middle;
-            metric.scale_rows([square_root(of_middle / ratio); 3]);
-            metric
+        let independent = n * of_middle;
+        let is_few = independent < SHAPED_FROM;
+        // So few independent samples of the middle scale do not show their directions: the fast scale has them, and many more.
+        let (base, of_base, degrees) = if is_few {
+            (fast, of_fast, f32::min(DEGREES_OF_SIZE * independent, n * of_fast))
+        } else {
+            (metric(&middle_floored)?.0, of_middle, independent)
         };
-        let (mut slow, mut trend, seen) = (averaged(of_slow), averaged(of_trend), slow.covariance.data.0);
-        let excess = slow.mean_squares_of(&seen);
-        let of_memory = excess.map(|excess| reciprocal_sqrt(excess.max(1.0)));
-        slow.scale_rows(of_memory);
-        trend.scale_rows(of_memory);
+        // Of the slower scales there are fewer still: each has the metric of the scale before it.
+        let unseen = [[0.0; 3]; 3];
+        let size = if is_few { &middle_floored.covariance.data.0 } else { &unseen };
+        let (middle, _) = averaged(base, of_base / of_middle, size);
+        let (slow, excess) = averaged(middle, of_middle / of_slow, &slow.covariance.data.0);
+        let (trend, _) = averaged(slow, of_slow / of_trend, &unseen);
         let slow_variance_ratio = excess.iter().sum::<f32>() / 3.0;
         let raw = design.floored(&raw, 1.0, 0.0);
         let (_, condition) = metric(&raw)?;
         let scale = |place: usize, metric: Triangle<3>, is_held: bool| {
             let per_slot = ratios.get(place).copied().unwrap_or(of_trend);
             // What the slower ones rest on is the middle scale's.
-            let degrees = n * per_slot.max(of_middle);
-            let level = Level::new(design, place, n, degrees, per_slot)?;
+            let level = Level::new(design, place, n, degrees.max(n * per_slot), per_slot)?;
             // A converter's floor is not to be sharpened away.
             let sharpest = if is_held { NARROWER_TO } else { 1.0 };
             let learned = metric.diagonal().map(|cell| sharpest * cell);
@@ -203,6 +209,16 @@ fn metric(statistics: &Statistics<3>) -> Result<(Triangle<3>, f32), LearnError> 
     }
     let condition = variances.max() / variances.min().max(f32::EPSILON);
     Ok((Triangle::of_rows(rows), condition))
+}
+
+/// The metric of the same channels after more averaging, which leaves `less` of the variance of white noise; and the mean
+/// squares of what was `seen` of them so averaged. Where they exceed one, noise has a memory, and it counts.
+#[inline(never)] // once in flash
+fn averaged(mut metric: Triangle<3>, less: f32, seen: &Covariance) -> (Triangle<3>, [f32; 3]) {
+    metric.scale_rows([square_root(less); 3]);
+    let squares = metric.mean_squares_of(seen);
+    metric.scale_rows(squares.map(|square| reciprocal_sqrt(square.max(1.0))));
+    (metric, squares)
 }
 
 /// How far the mean moved from the first half of the window to the second, in sigmas of the channel that moved most.

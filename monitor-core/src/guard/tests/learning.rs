@@ -62,13 +62,34 @@ fn a_model_of_few_samples_makes_no_more_false_alarms_than_were_asked_for() {
             time_constants_s: [0.004, learn_s / 24.5, learn_s / 5.0, learn_s],
             ..Config::at_rate(1000.0)
         };
-        let alarms = |seed| {
-            let verdicts = Watch::new(&asked, seed).run(30_000, |_, x| x);
-            verdicts.windows(2).filter(|pair| !pair[0].alarm() && pair[1].alarm()).count()
-        };
-        let alarms: usize = (0..40).map(alarms).sum();
-        assert!(alarms <= 20, "{alarms} where 12 are tolerable, after {learn_s} s");
+        // White, and with a noise that channels share and that remembers, which a window so short hardly sees.
+        for shared in [0.0, 1.0] {
+            let alarms = |seed| {
+                let colour = core::cell::RefCell::new((Motor::new(seed + 1000), 0.0_f32));
+                let coloured = |_: u32, x: [f32; 3]| {
+                    let (noise, state) = &mut *colour.borrow_mut();
+                    *state = 0.7 * *state + 0.714 * noise.normal();
+                    core::array::from_fn(|i| x[i] + shared * *state * SIGMA[i])
+                };
+                let verdicts = Watch::new(&asked, seed).run(30_000, coloured);
+                verdicts.windows(2).filter(|pair| !pair[0].alarm() && pair[1].alarm()).count()
+            };
+            let alarms: usize = (0..40).map(alarms).sum();
+            assert!(alarms <= 20, "{alarms} where 12 are tolerable, after {learn_s} s, shared noise {shared}");
+        }
     }
+}
+
+#[test]
+fn a_window_of_few_independent_samples_takes_directions_from_the_quick_scale_and_limits_are_the_lower_for_it() {
+    let limits_after = |learn_s| {
+        let mut watch = Watch::new(&Config { learn_s, ..config() }, 47);
+        watch.run(8_000, |_, x| x);
+        watch.guard.limits().unwrap()[super::super::window::MIDDLE - 1]
+    };
+    // Twelve independent samples and forty of the middle scale.
+    let (few, many) = (limits_after(1.81), limits_after(6.0));
+    assert!(few < 1.2 * many, "{few} {many}");
 }
 
 #[test]
