@@ -273,7 +273,8 @@ pub fn explain_guard_config(error: guard::ConfigError) -> String {
             format!("a seeding window must hold at least {} samples: learn for longer", Moments::<3>::MIN_SAMPLES)
         }
         ConfigError::LearnTime => format!(
-            "the learning window must hold at least {} samples behind two seeding windows of at least {}: learn for longer",
+            "the learning window must hold at least {} samples, and last 24 middle time constants, behind two seeding windows of \
+             at least {} samples: learn for longer",
             4 * Moments::<3>::MIN_SAMPLES,
             Moments::<3>::MIN_SAMPLES
         ),

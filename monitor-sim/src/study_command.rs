@@ -18,9 +18,10 @@ use crate::{Failure, different, json, pending, print, print_all, progress, scena
 
 pub(crate) fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
     match &args.study {
-        StudyCommand::FalseAlarms { motors, hours, change, common } => {
+        StudyCommand::FalseAlarms { motors, hours, change, learn, common } => {
             let (mode, seed, asked) = common.settings();
-            make(&FalseAlarms { mode, seed, asked, motors: *motors, hours: *hours, change_s: *change }, common)
+            let (motors, hours, change_s, learn_s) = (*motors, *hours, *change, *learn);
+            make(&FalseAlarms { mode, seed, asked, motors, hours, change_s, learn_s }, common)
         }
         StudyCommand::Delay { seeds, sizes, common } => {
             let (mode, seed, asked) = common.settings();

@@ -17,6 +17,8 @@ Examples:
       an interrupted study goes on where it was when it is started again
   monitor-sim study false-alarms --change 30 --hours 20 --json | jq '.rows[0].judged_share'
       missions that change their speed every 30 s: how much of them is judged?
+  monitor-sim study false-alarms --learn 2 --motors 300 --hours 100
+      do limits learned in two seconds hold?
   monitor-sim study delay --asked 3.6 --page delay.html
   monitor-sim study ramp --seeds 50 --json | jq '.rows[0]'
   monitor-sim study localization --motors 1000
@@ -91,6 +93,9 @@ pub(crate) enum StudyCommand {
         /// Seconds from one set point to the next, of nine from 60 % of the motor's own up; one set point if left out
         #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = positive)]
         change: Option<f64>,
+        /// Length of the learning window, s; the motors' own 15 if left out
+        #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = positive)]
+        learn: Option<f64>,
         #[command(flatten)]
         common: CommonArgs,
     },

@@ -47,6 +47,9 @@ pub struct FalseAlarms {
     /// How long a set point stands before another one is taken, s; for ever if none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub change_s: Option<f64>,
+    /// Length of the learning window, s; the motor's own if none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub learn_s: Option<f64>,
 }
 
 /// The set points of a mission that changes them, of a motor whose own is the highest.
@@ -119,7 +122,10 @@ impl Study for FalseAlarms {
     fn unit(&self, (): &(), unit: u64) -> Result<MotorAlarms, StudyError> {
         let motor_seed = seed_of(self.seed, purpose::MOTOR, unit);
         let flight_seed = seed_of(motor_seed, purpose::FLIGHT, 0);
-        let motor = random_motor(motor_seed);
+        let mut motor = random_motor(motor_seed);
+        if let Some(learn_s) = self.learn_s {
+            motor.learn.end_s = motor.learn.start_s + learn_s;
+        }
         let limits = limits_of(self.mode, &self.asked, &motor, motor_seed)?;
         let duration_s = motor.learn.end_s + self.hours * SECONDS_PER_HOUR / self.motors as f64;
         let set_points = match self.change_s {
@@ -147,12 +153,15 @@ impl Study for FalseAlarms {
         let affected = units.iter().filter(|unit| unit.alarms.begun > 0).count();
         let [low, high] = interval(alarms).map(|count| count / hours);
         let rate = alarms as f64 / hours;
-        let total = json!({
+        let mut total = json!({
             "row": "total", "seed": self.seed, "motors": units.len(), "motors_with_alarms": affected, "hours": hours, "alarms": alarms,
             "alarms_per_hour": rate, "alarms_per_hour_low_95": low, "alarms_per_hour_high_95": high,
             "asked_per_hour": self.asked.false_alarms_per_hour, "alarm_s": stood_s, "judged_share": judged_share,
             "change_s": self.change_s,
         });
+        if let Some(learn_s) = self.learn_s {
+            total["learn_s"] = learn_s.into();
+        }
         let rows = units.iter().map(|unit| {
             json!({
                 "row": "motor", "motor_seed": unit.motor_seed, "flight_seed": unit.flight_seed,

@@ -6,7 +6,7 @@ use super::StudyError;
 use super::watch::{Known, Limits, Name, Said, Watch};
 use crate::fault::FaultPoint;
 use crate::guardian::{self, Guardian};
-use crate::names::ChannelNames;
+use crate::names::{ChannelNames, explain_guard_config};
 
 /// Longest seeding window, s; two of them stand before the learning window.
 const SEED_S: f64 = 1.0;
@@ -27,7 +27,7 @@ impl GuardWatch {
             ..Config::at_rate(known.rate_hz as f32)
         };
         let guardian = Guardian::new(&config, Some(known.motor_constants()));
-        Ok(Self(guardian.map_err(|error| StudyError::Settings(format!("{error:?}")))?))
+        guardian.map(Self).map_err(|error| StudyError::Settings(explain_guard_config(error)))
     }
 }
 

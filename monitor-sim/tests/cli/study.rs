@@ -169,9 +169,25 @@ fn the_result_is_written_to_a_file_as_it_is_printed() {
 }
 
 #[test]
+fn a_monitor_that_learns_in_two_seconds_judges_the_rest() {
+    let desk = Desk::new();
+    let total =
+        |learn: &str| desk.json(&format!("study false-alarms --motors 1 --hours 0.02 {learn}"), 0)["rows"][0].clone();
+    let (short, usual) = (total("--learn 2"), total(""));
+    assert_eq!((&short["learn_s"], &usual["learn_s"]), (&2.0.into(), &Value::Null));
+    // Half a second before the window, then the window, then 72 s.
+    for (total, learn_s) in [(short, 2.0), (usual, 15.0)] {
+        let judged = total["judged_share"].as_f64().unwrap();
+        assert!((judged - 72.0 / (72.5 + learn_s)).abs() < 1e-3, "{total}");
+    }
+}
+
+#[test]
 fn what_makes_no_sense_is_refused_with_a_sentence() {
     let desk = Desk::new();
     desk.refuses("study", &["false-alarms"]);
+    desk.refuses("study false-alarms --learn 0", &["--learn", "above zero"]);
+    desk.refuses("study false-alarms --learn 1", &["learning window", "24 middle time constants", "learn for longer"]);
     desk.refuses("study tides", &["tides"]);
     desk.refuses("study false-alarms --hours 0", &["--hours", "above zero"]);
     desk.refuses("study false-alarms --motors 0", &["--motors"]);
