@@ -2,6 +2,7 @@
 
 use std::env;
 use std::fs::{self, File};
+use std::iter;
 use std::path::{Path, PathBuf};
 
 use super::{TARGET, Toolchain, clean, find, run, workspace};
@@ -44,7 +45,7 @@ impl<'a> Firmware<'a> {
     pub const fn emulated(binary: &'a str) -> Self {
         let link: &[&str] = &["-Tlink.x", "-Tdefmt.x", "--defsym=_board_qemu=1"];
         let unit = Unit::Binary;
-        let (features, profile) = ("board-qemu", "release");
+        let (features, profile) = ("board-qemu", "emulated");
         Firmware { binary, unit, features, target: TARGET, cpu: "cortex-m4", link, profile, guarded: true }
     }
 
@@ -72,10 +73,13 @@ impl<'a> Firmware<'a> {
     /// # Errors
     /// What is missing or went wrong, and what helps.
     pub fn build(&self) -> Result<PathBuf, String> {
-        let link: Vec<String> = self.link.iter().map(|argument| format!("-Clink-arg={argument}")).collect();
+        let toolchain = find(self.target)?;
+        let linker = if self.guarded { flip_link(&toolchain)? } else { toolchain.linker.clone() };
+        let script = self.link.iter().map(|argument| format!("-Clink-arg={argument}"));
+        let link: Vec<String> = iter::once(format!("-Clinker={}", linker.display())).chain(script).collect();
         // Cargo links a binary to one path whatever its features are, so the next build of it waits until this one is copied.
         let _turn = turn()?;
-        self.cargo("rustc", &link)?;
+        self.cargo(&toolchain, "rustc", &link)?;
         let linked = directory().join(self.target).join(self.profile);
         match self.unit {
             Unit::Binary => self.copied(&linked.join(self.binary)),
@@ -101,24 +105,22 @@ impl<'a> Firmware<'a> {
     /// # Errors
     /// What is missing, or what the linter finds.
     pub fn lint(&self) -> Result<(), String> {
-        self.cargo("clippy", &["-Dwarnings".to_owned()])
+        self.cargo(&find(self.target)?, "clippy", &["-Dwarnings".to_owned()])
     }
 
     /// Runs a command of cargo on it, with arguments for the last call of the compiler.
-    fn cargo(&self, verb: &str, last: &[String]) -> Result<(), String> {
-        let toolchain = find(self.target)?;
+    fn cargo(&self, toolchain: &Toolchain, verb: &str, last: &[String]) -> Result<(), String> {
         // Called by its own name: cargo would find the linter of another toolchain first.
         let program =
             if verb == "clippy" { toolchain.cargo.with_file_name("cargo-clippy") } else { toolchain.cargo.clone() };
         let mut command = clean(&program);
-        let linker = if self.guarded { flip_link(&toolchain)? } else { toolchain.linker.clone() };
         command
             .current_dir(workspace())
             .env("CARGO", &toolchain.cargo)
             .env("RUSTC", &toolchain.rustc)
-            .env("RUSTFLAGS", format!("-Clinker={} -Ctarget-cpu={}", linker.display(), self.cpu))
+            .env("RUSTFLAGS", format!("-Ctarget-cpu={}", self.cpu))
             // The workspace's own settings for the target are those of the real board.
-            .env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", &linker)
+            .env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", &toolchain.linker)
             .env("DEFMT_LOG", "info")
             .env("PATH", path_with(&linkers()))
             .args([verb, "--profile", self.profile, "--locked", "--target", self.target, "--target-dir"])
@@ -167,7 +169,7 @@ fn linkers() -> PathBuf {
 /// The path of commands, with a directory before all others.
 fn path_with(first: &Path) -> std::ffi::OsString {
     let old = env::var_os("PATH").unwrap_or_default();
-    let all = std::iter::once(first.to_owned()).chain(env::split_paths(&old));
+    let all = iter::once(first.to_owned()).chain(env::split_paths(&old));
     env::join_paths(all).unwrap_or(old)
 }
 
