@@ -243,15 +243,31 @@ fn time(seconds: f64) -> String {
 /// Four significant digits, without an exponent where a person would not write one.
 #[must_use]
 pub fn significant(value: f64) -> String {
+    to_digits(value, 4)
+}
+
+/// The same to two digits, for what is an estimate itself.
+#[must_use]
+pub fn about(value: f64) -> String {
+    to_digits(value, 2)
+}
+
+fn to_digits(value: f64, digits: i32) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{value}");
     }
     // Of what is shown: 9.9996 is 10.00.
-    let rounded = format!("{value:.3e}");
+    let rounded = format!("{value:.*e}", (digits - 1) as usize);
     match rounded.rsplit_once('e').and_then(|(_, magnitude)| magnitude.parse::<i32>().ok()) {
-        Some(magnitude @ -5..6) => format!("{value:.*}", (3 - magnitude).max(0) as usize),
+        Some(magnitude @ -5..6) => format!("{value:.*}", (digits - 1 - magnitude).max(0) as usize),
         _ => rounded,
     }
+}
+
+/// A number for a table; a dash where there is none.
+#[must_use]
+pub fn shown(value: Option<f64>) -> String {
+    value.map_or_else(|| "-".to_owned(), significant)
 }
 
 #[cfg(test)]

@@ -5,9 +5,9 @@ use super::drifts::{DriftCase, DriftReport, JudgedRun, LearnedRun};
 use super::labelled::{LabelledReport, RunReport, Score};
 use super::nab::Nab;
 use super::protocol::Published;
-use crate::study::summary::shown;
+
 use crate::study::watch::Mode;
-use crate::tables::TextTable;
+use crate::tables::{TextTable, shown};
 
 /// The name of a monitor in a table.
 const fn ours(mode: Mode) -> &'static str {

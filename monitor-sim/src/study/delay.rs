@@ -12,7 +12,7 @@ use super::false_alarms::{calibration_steps, limits_of};
 use super::faults::{Culprit, figure_1_motor};
 use super::flight::{Episode, Outcome, fly};
 use super::raw::Moments;
-use super::summary::{Spread, percent, shown};
+use super::summary::{Spread, percent};
 use super::watch::{Known, Limits, Mode, Name};
 use super::white::{self, WhiteNoise, lorden_samples};
 use super::{Findings, Study, StudyError, purpose, seed_of};
@@ -21,7 +21,7 @@ use crate::fault::FaultProfile;
 use crate::page::Block;
 use crate::plant::Plant;
 use crate::scenario::Scenario;
-use crate::tables::{TextTable, significant};
+use crate::tables::{TextTable, shown, significant};
 
 /// When the fault stands, and the flight's length, s. Ten seconds are two settling times of the loop's integral.
 const FAULT_S: [f64; 2] = [20.0, 30.0];

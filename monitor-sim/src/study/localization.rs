@@ -15,14 +15,14 @@ use super::false_alarms::{calibration_steps, limits_of};
 use super::faults::{Culprit, raw_baseline};
 use super::flight::{Outcome, outcome};
 use super::raw::RawBaseline;
-use super::summary::{Spread, percent, shown};
+use super::summary::{Spread, percent};
 use super::watch::{Known, Limits, Mode, Name};
 use super::{Findings, Study, StudyError, purpose, seed_of};
 use crate::fault::FaultProfile;
 use crate::plant::Plant;
 use crate::random_motor::random_motor;
 use crate::scenario::Scenario;
-use crate::tables::{TextTable, significant};
+use crate::tables::{TextTable, shown, significant};
 
 /// When the fault stands, to the end of the flight, s: learning ends at 15.5 s.
 const FAULT_S: [f64; 2] = [17.5, 27.5];

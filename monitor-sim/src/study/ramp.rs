@@ -8,7 +8,7 @@ use super::calibrate::Asked;
 use super::false_alarms::{calibration_steps, limits_of};
 use super::faults::{Culprit, steady};
 use super::flight::{Episode, fly};
-use super::summary::{Spread, shown};
+use super::summary::Spread;
 use super::watch::{Known, Limits, Mode, Name, Watch};
 use super::{Findings, Study, StudyError, purpose, seed_of};
 use crate::chart::{Axis, Range, range_chart};
@@ -16,7 +16,7 @@ use crate::fault::{Fault, FaultProfile};
 use crate::page::Block;
 use crate::plant::Plant;
 use crate::scenario::Scenario;
-use crate::tables::{TextTable, significant};
+use crate::tables::{TextTable, shown, significant};
 
 /// From the end of the learning window to the first ramp, s.
 const AFTER_LEARNING_S: f64 = 4.5;

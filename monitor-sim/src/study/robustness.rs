@@ -18,14 +18,14 @@ use super::flight::{Alarms, Outcome, fly, outcome};
 use super::jitter::Jittered;
 use super::poisson::interval;
 use super::raw::RawBaseline;
-use super::summary::{Spread, percent, shown};
+use super::summary::{Spread, percent};
 use super::watch::{Known, Limits, Mode, Name};
 use super::{Findings, Study, StudyError, purpose, seed_of};
 use crate::fault::{Fault, FaultKind, FaultPoint, FaultProfile};
 use crate::plant::Plant;
 use crate::random_motor::random_motor;
 use crate::scenario::Scenario;
-use crate::tables::{TextTable, significant};
+use crate::tables::{TextTable, shown, significant};
 use figures::Found;
 
 /// When a fault stands, to the end of its flight, s: learning ends at 15.5 s.

@@ -2,8 +2,6 @@
 
 use serde::Serialize;
 
-use crate::tables::significant;
-
 /// Least, quartiles and greatest of some values.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Spread {
@@ -40,12 +38,6 @@ impl Spread {
 #[must_use]
 pub fn percent(count: usize, of: usize) -> String {
     if of == 0 { "-".to_owned() } else { format!("{:.1}", 100.0 * count as f64 / of as f64) }
-}
-
-/// A number for a table; a dash where there is none.
-#[must_use]
-pub fn shown(value: Option<f64>) -> String {
-    value.map_or_else(|| "-".to_owned(), significant)
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use monitor_core::guard::SCALES;
 
-use super::{TextTable, found_at, significant, time};
+use super::{TextTable, about, found_at, shown, significant, time};
 use crate::guardian::SCALE_NAMES;
 use crate::guardian::summary::{ScaleLimits, WindowQuality};
 use crate::intervals::Interval;
@@ -62,7 +62,7 @@ fn names(caption: &str, rows: &[FaultScore]) -> TextTable {
             row.located_s.map_or_else(|| "never".to_owned(), |t_s| found_at(t_s - row.start_s)),
             row.located_share.map_or_else(|| "-".to_owned(), |share| format!("{:.1} %", 100.0 * share)),
             size.map_or_else(|| "-".to_owned(), |((size, _), unit)| format!("{} {unit}", significant(size))),
-            size.map_or_else(|| "-".to_owned(), |((_, sigma), _)| format!("{sigma:.1e}")),
+            size.map_or_else(|| "-".to_owned(), |((_, sigma), _)| about(sigma)),
         ]
     };
     let header = ["", "named", "right after", "right for", "size", "its sigma"];
@@ -85,10 +85,14 @@ pub fn limits(limits: &ScaleLimits, time_constants_s: &[f32; SCALES]) -> TextTab
     let limits = [limits.fast, limits.middle, limits.slow, limits.trend];
     let rows = SCALE_NAMES.into_iter().zip(time_constants_s).zip(limits);
     let row = |((name, time_s), limit): ((&str, &f32), f64)| {
-        [name.to_owned(), significant(f64::from(*time_s)), significant(limit)]
+        [name.to_owned(), significant(f64::from(*time_s)), shown(limit.is_finite().then_some(limit))]
     };
-    TextTable::new("Time scales, with their limits as sharp as they were at the end", ["", "time constant, s", "limit"])
-        .with_rows(rows.map(row))
+    let title = if limits.iter().all(|limit| limit.is_finite()) {
+        "Time scales, with their limits as sharp as they were at the end"
+    } else {
+        "Time scales; at the end no set point was judged, so no limit stands"
+    };
+    TextTable::new(title, ["", "time constant, s", "limit"]).with_rows(rows.map(row))
 }
 
 /// What a learning window was like; without a row if models were stored.

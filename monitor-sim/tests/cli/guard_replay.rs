@@ -130,6 +130,12 @@ set_point = [{ at_s = 0.0, rad_per_s = 300.0 }, { at_s = 30.0, rad_per_s = 250.0
     // leave of 1500; and when it has returned 1000 without the two seconds in which the loop follows and the middle scale falls silent.
     let judged_rows = report["coverage"]["monitoring"].as_u64().unwrap();
     assert!((1350..1480).contains(&judged_rows), "{}", report["coverage"]);
+    // One that ends while the loop settles has no limits to tell.
+    let settling: Vec<&str> = log.lines().take(1600).collect();
+    let desk = Desk::with("judged.csv", &settling.join("\n"));
+    let told = desk.run(&format!("replay judged.csv {GUARD} --set-point set_point --settle 5")).success();
+    let told = String::from_utf8_lossy(&told.get_output().stdout).into_owned();
+    assert!(told.contains("no limit stands") && !told.contains("NaN"), "{told}");
     let moved = judged_error(&log, "--set-point set_point --learn 1000..1600");
     assert!(moved.contains("changes from 300 to 250 at row 1500"), "{moved}");
 }
