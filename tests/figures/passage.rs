@@ -6,7 +6,7 @@
 use std::ops::Range;
 
 /// The longest value, and the longest stretch that is skipped, in bytes.
-const LONGEST_VALUE: usize = 80;
+const LONGEST_VALUE: usize = 100;
 const LONGEST_SKIP: usize = 600;
 
 /// A value that a document states.
@@ -134,6 +134,10 @@ fn matched(flat: &str, mut from: usize, pieces: &[Piece<'_>], last: &str) -> Opt
             return None;
         }
         if piece.is_value {
+            // What stands in code marks is a value or holds none: it does not reach from one command into the next.
+            if flat[from..from + length].contains('`') {
+                return None;
+            }
             values.push(from..from + length);
         }
         from += length + next.len();

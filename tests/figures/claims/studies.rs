@@ -21,10 +21,12 @@ pub(super) const GROUPS: &[Group] = &[
     delays,
     white,
     ramps,
+    smallest_ramps,
     names,
     many_names,
     few_alarms,
     fewest_alarms,
+    short_windows,
     changing,
     limits,
 ];
@@ -167,6 +169,29 @@ fn ramps(r: &Records) -> Vec<Claim> {
     ]
 }
 
+fn smallest_ramps(r: &Records) -> Vec<Claim> {
+    let modes = ["ramp-smallest-paper", "ramp-smallest-guard"];
+    let in_moving_water = ["ramp-turbulent-paper", "ramp-turbulent-guard"];
+    let of = |modes: [&str; 2]| modes.map(|mode| medians(r, mode, "smallest_ramp"));
+    let (still, moving) = (of(modes), of(in_moving_water));
+    let ratios = |[paper, guard]: &[Vec<f64>; 2]| -> Vec<f64> { paper.iter().zip(guard).map(|(p, g)| p / g).collect() };
+    vec![
+        claim(
+            "| smallest ramp over 100 s that is detected before it ends, after an hour of watching, F1, F2, F3 | {}, {}, {} | {}, {}, {} | \
+             `{}` |",
+            [numbers(still.concat()), vec![r.command(&modes)]].concat(),
+        ),
+        claim(
+            "| the same in moving water | {}, {}, {} | {}, {}, {} | `{}` |",
+            [numbers(moving.concat()), vec![r.command(&in_moving_water)]].concat(),
+        ),
+        claim(
+            "The smallest ramps that are found at all are {}, {} and {} times smaller than in `paper` mode (in moving water {}, {} and {})",
+            numbers([ratios(&still), ratios(&moving)].concat()),
+        ),
+    ]
+}
+
 /// Share of the cases of a kind that were named right, %.
 fn right(r: &Records, name: &str, by: &str) -> Value {
     let row = format!("row=isolable faults=F1,_F2,_F3 by={by}");
@@ -217,6 +242,15 @@ fn fewest_alarms(r: &Records) -> Vec<Claim> {
     vec![claim(
         "| the same over 1,000 hours and motors, where 0.01 were asked for | | {} ({} to {}) | `{}` |",
         [rate(r, name), vec![r.command(&[name])]].concat(),
+    )]
+}
+
+fn short_windows(r: &Records) -> Vec<Claim> {
+    let name = "false-alarms-short";
+    let of = |key| r.about(name, "row=total", key);
+    vec![claim(
+        "`study {}` is one: over {} random motors that learn for two seconds, {} false alarms in {} hours, where",
+        [r.command(&[name]), of("/motors"), of("/alarms"), of("/hours")],
     )]
 }
 
