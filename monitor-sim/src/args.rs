@@ -8,10 +8,13 @@ use std::path::PathBuf;
 
 use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 
+use monitor_sim::guardian::Alarming;
 use monitor_sim::inject::Injection;
 use monitor_sim::log::{ColumnRef, Delimiter};
 use monitor_sim::mission::Faults;
 use monitor_sim::window::RowWindow;
+
+use crate::{Failure, only_in_guard_mode};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -128,6 +131,38 @@ pub(crate) enum Mode {
     Paper,
 }
 
+/// When guard mode raises an alarm, and when it withdraws it.
+#[derive(Debug, Args)]
+pub(crate) struct AlarmArgs {
+    /// In guard mode: false alarms that are tolerable per hour; 0.01 if none
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = positive)]
+    pub(crate) false_alarms_per_hour: Option<f64>,
+    /// In guard mode: how long something must be wrong before an alarm is raised, s; at once if none
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = not_negative)]
+    pub(crate) raise_hold: Option<f64>,
+    /// In guard mode: how long the motor must look healthy before an alarm is withdrawn, s; 0.02, and four samples at least, if none
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = not_negative)]
+    pub(crate) clear_hold: Option<f64>,
+}
+
+impl AlarmArgs {
+    pub(crate) fn alarming(&self) -> Alarming {
+        let usual = Alarming::default();
+        Alarming {
+            false_alarms_per_hour: self.false_alarms_per_hour.unwrap_or(usual.false_alarms_per_hour),
+            raise_hold_s: self.raise_hold.unwrap_or(usual.raise_hold_s),
+            clear_hold_s: self.clear_hold,
+        }
+    }
+
+    /// Refuses what paper mode has not.
+    pub(crate) fn only_in_guard_mode(&self) -> Result<(), Failure> {
+        only_in_guard_mode("--false-alarms-per-hour", self.false_alarms_per_hour.is_some())?;
+        only_in_guard_mode("--raise-hold", self.raise_hold.is_some())?;
+        only_in_guard_mode("--clear-hold", self.clear_hold.is_some())
+    }
+}
+
 #[derive(Debug, Args)]
 pub(crate) struct MissionArgs {
     /// Scenario file (TOML); the paper's figure 1 if none
@@ -136,9 +171,8 @@ pub(crate) struct MissionArgs {
     /// Thresholds file for --mode paper, as `tune` writes it; those of the default motor if none
     #[arg(long, value_name = "FILE")]
     pub(crate) limits: Option<PathBuf>,
-    /// False alarms that are tolerable per hour, in guard mode; 0.01 if none
-    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = positive)]
-    pub(crate) false_alarms_per_hour: Option<f64>,
+    #[command(flatten)]
+    pub(crate) alarming: AlarmArgs,
     /// In guard mode: judge by what was learned before (--save-models of a flight with the same [learn], or a dump of a
     /// board's flash) as soon as the loop has settled, instead of learning
     #[arg(long, value_name = "FILE")]
@@ -197,9 +231,8 @@ pub(crate) struct LogArgs {
     /// Movement of the set point that is not a change, in its unit
     #[arg(long, value_name = "X", default_value_t = 0.0, allow_negative_numbers = true)]
     pub(crate) set_point_tolerance: f64,
-    /// In guard mode: false alarms that are tolerable per hour; 0.01 if none
-    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = positive)]
-    pub(crate) false_alarms_per_hour: Option<f64>,
+    #[command(flatten)]
+    pub(crate) alarming: AlarmArgs,
     /// In guard mode: armature resistance of the motor, ohm. With this and the next two, within 20 %, faults get names
     #[arg(long, value_name = "OHM", allow_negative_numbers = true, value_parser = positive, requires_all = ["torque_constant", "load_slope"])]
     pub(crate) resistance: Option<f64>,

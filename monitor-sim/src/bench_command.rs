@@ -4,11 +4,12 @@ use std::process::ExitCode;
 
 use monitor_sim::bench::protocol::{EXAMPLE, Protocol};
 use monitor_sim::bench::{Bench, page};
+use monitor_sim::guardian::Alarming;
 use monitor_sim::output::OutputDir;
 use monitor_sim::study::watch::Mode;
 
 use crate::args::bench::BenchArgs;
-use crate::{FALSE_ALARMS_PER_HOUR, Failure, json, only_in_guard_mode, print, print_all, progress};
+use crate::{Failure, json, only_in_guard_mode, print, print_all, progress};
 
 pub(crate) fn run(args: &BenchArgs) -> Result<ExitCode, Failure> {
     if args.example {
@@ -24,7 +25,7 @@ pub(crate) fn run(args: &BenchArgs) -> Result<ExitCode, Failure> {
         protocol: Protocol::find(name)?,
         directory: directory.clone(),
         mode: args.mode,
-        false_alarms_per_hour: args.false_alarms_per_hour.unwrap_or(FALSE_ALARMS_PER_HOUR),
+        false_alarms_per_hour: args.false_alarms_per_hour.unwrap_or(Alarming::default().false_alarms_per_hour),
     };
     let files = bench.files()?;
     let out = args.out.as_deref().map(OutputDir::prepare).transpose()?;

@@ -174,9 +174,35 @@ const MEMORY_IN_WINDOWS: f64 = 4.0;
 /// Fewest samples for which the motor must look healthy before an alarm is withdrawn.
 const CLEAR_HOLD_SAMPLES: f64 = 4.0;
 
+/// When an alarm is raised, and when it is withdrawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Alarming {
+    /// False alarms that are tolerable per hour.
+    pub false_alarms_per_hour: f64,
+    /// How long something must be wrong before an alarm is raised, s.
+    pub raise_hold_s: f64,
+    /// How long the motor must look healthy before it is withdrawn, s; the core's own if none.
+    pub clear_hold_s: Option<f64>,
+}
+
+impl Alarming {
+    /// At once, and with so many false alarms per hour.
+    #[must_use]
+    pub const fn at(false_alarms_per_hour: f64) -> Self {
+        Alarming { false_alarms_per_hour, raise_hold_s: 0.0, clear_hold_s: None }
+    }
+}
+
+impl Default for Alarming {
+    /// One false alarm in a hundred hours.
+    fn default() -> Self {
+        Self::at(0.01)
+    }
+}
+
 /// Settings for a rate, and for times in which to settle, to seed (twice) and to learn, each in s: the core's own, but for logs that are so slow, or stretches so short, that those would average over no samples.
 #[must_use]
-pub fn settings(rate_hz: f64, false_alarms_per_hour: f64, settle_s: f64, seed_s: f64, learn_s: f64) -> Config {
+pub fn settings(rate_hz: f64, alarming: &Alarming, settle_s: f64, seed_s: f64, learn_s: f64) -> Config {
     let usual = Config::at_rate(rate_hz as f32);
     let [fast, middle, slow, trend] = usual.time_constants_s.map(f64::from);
     let [least_fast, least_middle, least_slow, least_trend] = LEAST_SAMPLES.map(|samples| samples / rate_hz);
@@ -186,13 +212,16 @@ pub fn settings(rate_hz: f64, false_alarms_per_hour: f64, settle_s: f64, seed_s:
     let slow = slow.max(least_slow).min(learn_s / SLOWS_IN_WINDOW).max(middle);
     let trend = trend.max(least_trend).max(slow);
     Config {
-        false_alarms_per_hour: false_alarms_per_hour as f32,
+        false_alarms_per_hour: alarming.false_alarms_per_hour as f32,
+        raise_hold_s: alarming.raise_hold_s as f32,
         settle_s: settle_s as f32,
         seed_s: whole_samples(seed_s, rate_hz),
         learn_s: whole_samples(learn_s, rate_hz),
         time_constants_s: [fast, middle, slow, trend].map(|time| time as f32),
         memory_s: usual.memory_s.max((MEMORY_IN_WINDOWS * learn_s) as f32),
-        clear_hold_s: usual.clear_hold_s.max((CLEAR_HOLD_SAMPLES / rate_hz) as f32),
+        clear_hold_s: alarming
+            .clear_hold_s
+            .map_or_else(|| usual.clear_hold_s.max((CLEAR_HOLD_SAMPLES / rate_hz) as f32), |hold_s| hold_s as f32),
         ..usual
     }
 }
@@ -234,7 +263,7 @@ mod tests {
     fn at_the_usual_rate_and_window_the_settings_are_the_cores_own() {
         assert_eq!(spent(1000.0, 5.0, 20.0), [3.0, 1.0, 15.0]);
         let usual = Config::at_rate(1000.0);
-        let ours = settings(1000.0, 0.01, 2.0, 1.0, 15.0);
+        let ours = settings(1000.0, &Alarming::default(), 2.0, 1.0, 15.0);
         assert_eq!(ours.time_constants_s, usual.time_constants_s);
         assert_eq!((ours.memory_s, ours.clear_hold_s), (usual.memory_s, usual.clear_hold_s));
     }
@@ -274,7 +303,7 @@ mod tests {
             learn in 120_u64..200_000,
         ) {
             let [seed_s, learn_s] = [seed, learn].map(|rows| rows as f64 / rate_hz);
-            let config = settings(rate_hz, 0.01, 0.0, seed_s, learn_s);
+            let config = settings(rate_hz, &Alarming::default(), 0.0, seed_s, learn_s);
             let mut guardian = Guardian::new(&config, None);
             prop_assert!(guardian.is_ok(), "{:?} {config:?}", guardian.err());
             if let Ok(guardian) = &mut guardian

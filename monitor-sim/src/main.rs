@@ -27,9 +27,6 @@ type Failure = Box<dyn std::error::Error>;
 /// The exit code for input that was wrong; a fault that was found has 1.
 const WRONG_INPUT: u8 = 2;
 
-/// False alarms per hour that are tolerated if the user says nothing.
-const FALSE_ALARMS_PER_HOUR: f64 = 0.01;
-
 fn main() -> ExitCode {
     let cli = Cli::parse();
     let done = match cli.command {

@@ -9,10 +9,7 @@ use monitor_sim::models::{Models, SAVE_MODELS};
 use monitor_sim::output::{OutputDir, PendingFile};
 
 use crate::args::{MissionArgs, Mode};
-use crate::{
-    FALSE_ALARMS_PER_HOUR, Failure, json, only_in_guard_mode, only_in_paper_mode, print, print_all, progress, scenario,
-    settings,
-};
+use crate::{Failure, json, only_in_guard_mode, only_in_paper_mode, print, print_all, progress, scenario, settings};
 
 /// The main job.
 pub(crate) fn run(args: &MissionArgs) -> Result<ExitCode, Failure> {
@@ -27,7 +24,7 @@ fn guard(args: &MissionArgs) -> Result<ExitCode, Failure> {
     let save = args.save_models.as_deref().map(|path| PendingFile::create(path, SAVE_MODELS)).transpose()?;
     let mission = guard::Mission {
         scenario: scenario(args.scenario.as_deref())?,
-        false_alarms_per_hour: args.false_alarms_per_hour.unwrap_or(FALSE_ALARMS_PER_HOUR),
+        alarming: args.alarming.alarming(),
         seed: args.seed,
         faults: args.faults,
         models: args.models.as_deref().map(Models::read).transpose()?,
@@ -44,7 +41,7 @@ fn guard(args: &MissionArgs) -> Result<ExitCode, Failure> {
 }
 
 fn paper(args: &MissionArgs) -> Result<ExitCode, Failure> {
-    only_in_guard_mode("--false-alarms-per-hour", args.false_alarms_per_hour.is_some())?;
+    args.alarming.only_in_guard_mode()?;
     only_in_guard_mode("--models", args.models.is_some())?;
     only_in_guard_mode(SAVE_MODELS, args.save_models.is_some())?;
     let mission = Mission {

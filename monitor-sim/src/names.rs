@@ -279,6 +279,9 @@ pub fn explain_guard_config(error: guard::ConfigError) -> String {
             Moments::<3>::MIN_SAMPLES
         ),
         ConfigError::SetPointTolerance => "the set-point tolerance must be finite and not negative".to_owned(),
+        ConfigError::RaiseHold | ConfigError::ClearHold => {
+            "the hold of an alarm must be finite and not negative and fit into 2^31 samples".to_owned()
+        }
         ConfigError::ConverterStep(channel) => {
             format!("the converter step of the {} must be finite and not negative", ChannelNames::motor().of(channel))
         }

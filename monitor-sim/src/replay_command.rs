@@ -17,8 +17,7 @@ use monitor_sim::trace::TraceWriter;
 
 use crate::args::{LogArgs, Mode, ReplayArgs};
 use crate::{
-    FALSE_ALARMS_PER_HOUR, Failure, fleet_command, json, only_in_guard_mode, only_in_paper_mode, parsed, print,
-    print_all, progress, settings,
+    Failure, fleet_command, json, only_in_guard_mode, only_in_paper_mode, parsed, print, print_all, progress, settings,
 };
 
 /// Replays a log, or several.
@@ -83,7 +82,7 @@ pub(crate) fn guard_replay(path: &Path, how: &LogArgs, learn: Learn) -> Result<g
     Ok(guard::Replay {
         source: source(path, how)?,
         learn,
-        false_alarms_per_hour: how.false_alarms_per_hour.unwrap_or(FALSE_ALARMS_PER_HOUR),
+        alarming: how.alarming.alarming(),
         settle_s: how.settle,
         set_point_tolerance: how.set_point_tolerance,
         motor: motor(how),
@@ -126,7 +125,7 @@ pub(crate) fn paper_replay(
     learn: paper::Learn,
     limits: Option<&Path>,
 ) -> Result<Replay, Failure> {
-    only_in_guard_mode("--false-alarms-per-hour", how.false_alarms_per_hour.is_some())?;
+    how.alarming.only_in_guard_mode()?;
     only_in_guard_mode("--resistance", how.resistance.is_some())?;
     let fixed = limits.map(|path| settings(Some(path))).transpose()?;
     let PaperSettings { hysteresis, explained_share, .. } = match &fixed {

@@ -16,7 +16,7 @@ use signal_hook::consts::SIGTERM;
 use crate::args::Mode;
 use crate::args::watch::WatchArgs;
 use crate::replay_command::{guard_replay, paper_replay};
-use crate::{FALSE_ALARMS_PER_HOUR, Failure, only_in_guard_mode, only_in_paper_mode, print_all, scenario, settings};
+use crate::{Failure, only_in_guard_mode, only_in_paper_mode, print_all, scenario, settings};
 
 /// Time from one frame to the next, and how much of it the run may take: the rest is for drawing and for keys.
 const FRAME: Duration = Duration::from_millis(40);
@@ -63,12 +63,11 @@ fn feed(args: &WatchArgs) -> Result<Feed, Failure> {
     let (scenario, seed) = (scenario(args.scenario.as_deref())?, args.seed.unwrap_or(1));
     match args.mode {
         Mode::Guard => {
-            let tolerable = args.how.false_alarms_per_hour.unwrap_or(FALSE_ALARMS_PER_HOUR);
             let models = args.models.as_deref().map(Models::read).transpose()?;
-            Ok(Feed::mission(&scenario, tolerable, seed, models.as_ref())?)
+            Ok(Feed::mission(&scenario, &args.how.alarming.alarming(), seed, models.as_ref())?)
         }
         Mode::Paper => {
-            only_in_guard_mode("--false-alarms-per-hour", args.how.false_alarms_per_hour.is_some())?;
+            args.how.alarming.only_in_guard_mode()?;
             Ok(Feed::paper(&scenario, &settings(args.limits.as_deref())?, seed)?)
         }
     }

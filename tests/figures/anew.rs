@@ -1,5 +1,6 @@
 //! Flies some units of a record again, in this process.
 
+use monitor_sim::guardian::Alarming;
 use monitor_sim::mission::{Faults, guard, paper};
 use monitor_sim::output::OutputDir;
 use monitor_sim::scenario::Scenario;
@@ -96,7 +97,7 @@ fn mission(record: &Record, seed: u64) -> Result<String, String> {
         let mission = paper::Mission { scenario, settings, seed, faults };
         serde_json::to_string(&mission.fly(&out, |_| {}).map_err(said)?.report(&mission))
     } else {
-        let mission = guard::Mission { scenario, false_alarms_per_hour: 0.01, seed, faults, models: None };
+        let mission = guard::Mission { scenario, alarming: Alarming::default(), seed, faults, models: None };
         serde_json::to_string(&mission.fly(&out, |_| {}).map_err(said)?.report(&mission))
     };
     of(&fly::mission(&serde_json::from_str(&report.map_err(said)?).map_err(said)?))

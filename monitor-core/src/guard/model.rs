@@ -211,8 +211,8 @@ fn metric(statistics: &Statistics<3>) -> Result<(Triangle<3>, f32), LearnError> 
     Ok((Triangle::of_rows(rows), condition))
 }
 
-/// The metric of the same channels after more averaging, which leaves `less` of the variance of white noise; and the mean
-/// squares of what was `seen` of them so averaged. Where they exceed one, noise has a memory, and it counts.
+/// The metric of the same channels after more averaging, by which white noise has a variance so many times `less`; and the
+/// mean squares of what was `seen` of them so averaged. Where they exceed one, noise has a memory, and it counts.
 #[inline(never)] // once in flash
 fn averaged(mut metric: Triangle<3>, less: f32, seen: &Covariance) -> (Triangle<3>, [f32; 3]) {
     metric.scale_rows([square_root(less); 3]);

@@ -48,6 +48,8 @@ pub struct Settings {
     pub memory_s: f32,
     /// How far the mean may follow in all, in sigmas.
     pub drift_sigmas: f32,
+    /// How long something must be wrong before an alarm is raised, s.
+    pub raise_hold_s: f32,
     /// How long the motor must look healthy before an alarm is withdrawn, s.
     pub clear_hold_s: f32,
 }
@@ -65,6 +67,7 @@ impl From<&Config> for Settings {
             converter_steps: config.converter_steps,
             memory_s: config.memory_s,
             drift_sigmas: config.drift_sigmas,
+            raise_hold_s: config.raise_hold_s,
             clear_hold_s: config.clear_hold_s,
         }
     }

@@ -9,7 +9,7 @@ use monitor_core::paper::Baseline;
 use monitor_core::pca::ExplainedShare;
 
 use super::{Faults, MissionError, feed, recovery, sample_at, truth};
-use crate::guardian::{self, Guardian, Said};
+use crate::guardian::{self, Alarming, Guardian, Said};
 use crate::models::Models;
 use crate::names::{ChannelNames, explain_guard_config};
 use crate::output::OutputDir;
@@ -50,12 +50,12 @@ pub struct Flight {
 
 /// The settings a scenario is flown with: the monitor settles and seeds before the learning window, and learns over it.
 #[must_use]
-pub fn settings(scenario: &Scenario, false_alarms_per_hour: f64) -> Config {
+pub fn settings(scenario: &Scenario, alarming: &Alarming) -> Config {
     let (rate_hz, learn) = (scenario.rate_hz(), scenario.learn);
     let [settle_s, seed_s, learn_s] = guardian::spent(rate_hz, learn.start_s, learn.end_s);
     Config {
         converter_steps: Known::of(scenario).adc_steps.map(|step| step as f32),
-        ..guardian::settings(rate_hz, false_alarms_per_hour, settle_s, seed_s, learn_s)
+        ..guardian::settings(rate_hz, alarming, settle_s, seed_s, learn_s)
     }
 }
 
@@ -201,8 +201,8 @@ impl<'a> Witness<'a> {
 pub struct Mission {
     /// What is flown.
     pub scenario: Scenario,
-    /// False alarms that are tolerable per hour.
-    pub false_alarms_per_hour: f64,
+    /// When an alarm is raised and withdrawn.
+    pub alarming: Alarming,
     /// Seed of the sensor noise.
     pub seed: u64,
     /// How faults are introduced in the tables.
@@ -230,7 +230,7 @@ impl Mission {
     /// The monitor's settings.
     #[must_use]
     pub fn settings(&self) -> Config {
-        settings(&self.scenario, self.false_alarms_per_hour)
+        settings(&self.scenario, &self.alarming)
     }
 
     /// Samples the whole mission flies, for a progress bar.

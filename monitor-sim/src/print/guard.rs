@@ -19,7 +19,7 @@ pub(crate) fn mission(mission: &Mission, report: &GuardReport) -> String {
         if report.fault_profile == Faults::Step { "step" } else { "ramp" },
         report.seed,
         report.mode,
-        mission.false_alarms_per_hour,
+        mission.alarming.false_alarms_per_hour,
     );
     tables::guard::of_mission(report).into_iter().for_each(|table| text += &shown(table));
     let right = report.faults.iter().filter(|fault| fault.is_located_right()).count();

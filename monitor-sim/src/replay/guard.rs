@@ -9,7 +9,7 @@ use monitor_core::guard::{Config, MotorConstants};
 use monitor_core::moments::Moments;
 
 use super::{ReplayError, Source, TICK_ROWS};
-use crate::guardian::{self, Guardian, Said};
+use crate::guardian::{self, Alarming, Guardian, Said};
 use crate::models::{Models, Place};
 use crate::names::{ChannelNames, explain_guard_config};
 use crate::output::OutputError;
@@ -50,8 +50,8 @@ pub struct Replay {
     pub source: Source,
     /// What judging starts from.
     pub learn: Learn,
-    /// False alarms that are tolerable per hour.
-    pub false_alarms_per_hour: f64,
+    /// When an alarm is raised and withdrawn.
+    pub alarming: Alarming,
     /// Settling time after a change of the set point, s.
     pub settle_s: f64,
     /// Largest movement of the set point that is not a change, in its unit.
@@ -151,7 +151,7 @@ impl Replay {
 
     /// The monitor's settings: two tenths of the window seed the clip of spikes, the rest is learned from.
     fn config(&self) -> Result<Config, ReplayError> {
-        let config = config(self.learn_rows()?, self.source.rate_hz, self.false_alarms_per_hour, self.settle_s)?;
+        let config = config(self.learn_rows()?, self.source.rate_hz, &self.alarming, self.settle_s)?;
         Ok(Config { set_point_tolerance: self.set_point_tolerance as f32, ..config })
     }
 
@@ -161,12 +161,7 @@ impl Replay {
 }
 
 /// The monitor's settings for a learning window of so many rows.
-pub(crate) fn config(
-    rows: u64,
-    rate_hz: f64,
-    false_alarms_per_hour: f64,
-    settle_s: f64,
-) -> Result<Config, ReplayError> {
+pub(crate) fn config(rows: u64, rate_hz: f64, alarming: &Alarming, settle_s: f64) -> Result<Config, ReplayError> {
     let seed = (rows / SEED_SHARE).max(LEAST_SEED);
     let learn = rows.saturating_sub(2 * seed);
     if learn < LEAST_LEARN {
@@ -177,5 +172,5 @@ pub(crate) fn config(
         )));
     }
     let [seed_s, learn_s] = [seed, learn].map(|rows| rows as f64 / rate_hz);
-    Ok(guardian::settings(rate_hz, false_alarms_per_hour, settle_s, seed_s, learn_s))
+    Ok(guardian::settings(rate_hz, alarming, settle_s, seed_s, learn_s))
 }

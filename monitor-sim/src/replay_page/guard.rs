@@ -56,7 +56,7 @@ pub fn page(replay: &Replay, replayed: &Replayed) -> String {
         "monitor-sim {}, {} mode, {} false alarms an hour asked for.",
         env!("CARGO_PKG_VERSION"),
         report.mode,
-        replay.false_alarms_per_hour
+        replay.alarming.false_alarms_per_hour
     );
     Page { title, summary, sections, footer }.to_html()
 }

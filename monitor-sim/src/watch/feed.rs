@@ -5,7 +5,7 @@ use monitor_core::paper::Monitor;
 use monitor_core::sample::{ModelId, Pair};
 
 use super::slot::{Phase, Says, Slot};
-use crate::guardian::{Guardian, SCALE_NAMES, Said};
+use crate::guardian::{Alarming, Guardian, SCALE_NAMES, Said};
 use crate::mission::{self, MissionError};
 use crate::models::Models;
 use crate::names::ChannelNames;
@@ -83,11 +83,11 @@ impl Feed {
     /// [`WatchError::Mission`] when the monitor refuses its settings or the models.
     pub fn mission(
         scenario: &Scenario,
-        false_alarms_per_hour: f64,
+        alarming: &Alarming,
         seed: u64,
         models: Option<&Models>,
     ) -> Result<Self, WatchError> {
-        let config = mission::guard::settings(scenario, false_alarms_per_hour);
+        let config = mission::guard::settings(scenario, alarming);
         let mut guardian = mission::guard::guardian(scenario, &config)?;
         models.map_or(Ok(()), |models| guardian.restore(models)).map_err(MissionError::from)?;
         let subject = of_mission(scenario, seed, ("guard", RATIO_OF_GUARD), time_scales(&config.time_constants_s));

@@ -119,11 +119,29 @@ fn a_fault_that_no_motor_constant_explains_is_found_and_not_given_the_name_of_an
 }
 
 #[test]
+fn an_alarm_that_is_held_back_comes_as_much_later_and_one_that_is_held_up_goes_as_much_later() {
+    let desk = Desk::with_short();
+    let fault = |options: &str| {
+        let report = desk.json(&format!("--scenario short.toml {options}"), 0);
+        ["detected_s", "cleared_s"].map(|key| time(&report["faults"][0], key))
+    };
+    let [detected, cleared] = fault("");
+    let [held, _] = fault("--raise-hold 0.5");
+    assert!((held - detected - 0.5).abs() < 0.05, "{held} {detected}");
+    let [_, kept] = fault("--clear-hold 1.02");
+    assert!((kept - cleared - 1.0).abs() < 0.3, "{kept} {cleared}");
+}
+
+#[test]
 fn options_of_the_other_mode_and_rates_that_make_no_sense_are_refused() {
     let desk = Desk::with_short();
     desk.write("limits.toml", include_str!("../../limits/figure-1.toml"));
     desk.refuses("--limits limits.toml", &["--limits", "--mode paper"]);
     desk.refuses("--mode paper --false-alarms-per-hour 1", &["--false-alarms-per-hour", "guard mode"]);
+    desk.refuses("--mode paper --raise-hold 1", &["--raise-hold", "guard mode"]);
+    desk.refuses("--mode paper --clear-hold 1", &["--clear-hold", "guard mode"]);
+    desk.refuses("--raise-hold -1", &["--raise-hold"]);
+    desk.refuses("--scenario short.toml --clear-hold 1e9", &["the hold of an alarm"]);
     for value in ["0", "-1", "nan", "few"] {
         desk.refuses(&format!("--false-alarms-per-hour {value}"), &["--false-alarms-per-hour"]);
     }

@@ -170,7 +170,7 @@ fn what_guard_mode_cannot_do_is_refused_or_noted_with_what_helps() {
         let name = option.split(' ').next().unwrap();
         desk.refuses(&format!("{replay} {option}"), &[name, "--mode paper"]);
     }
-    for option in ["--false-alarms-per-hour 1", CONSTANTS] {
+    for option in ["--false-alarms-per-hour 1", "--raise-hold 1", CONSTANTS] {
         desk.refuses(&format!("{replay} --mode paper {option}"), &["guard mode"]);
     }
     desk.refuses(&format!("{replay} --resistance 0.3"), &["--torque-constant", "--load-slope"]);

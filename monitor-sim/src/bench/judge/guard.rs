@@ -3,7 +3,7 @@
 use monitor_core::guard::{Config, Monitor, Phase};
 
 use super::{Alarm, Judge, Judged, Learned, Refusal, Sample, refused};
-use crate::guardian::Guardian;
+use crate::guardian::{Alarming, Guardian};
 use crate::names::explain_guard_config;
 use crate::replay::guard::{AlarmBuilder, WARM_UP, config};
 
@@ -34,8 +34,8 @@ impl Judge {
     }
 
     fn config(&self, learn: usize) -> Result<Config, Refusal> {
-        let asked = self.false_alarms_per_hour.unwrap_or_default();
-        let config = config(learn as u64, self.rate_hz, asked, self.settle_s).map_err(refused)?;
+        let asked = Alarming::at(self.false_alarms_per_hour.unwrap_or_default());
+        let config = config(learn as u64, self.rate_hz, &asked, self.settle_s).map_err(refused)?;
         Ok(Config { set_point_tolerance: self.set_point_tolerance as f32, ..config })
     }
 

@@ -73,7 +73,8 @@ fn readings_that_do_not_come_leave_a_gap_in_the_chart_and_are_told() {
         end_s = 24.0
     "#;
     let scenario = crate::scenario::Scenario::from_toml(silent).unwrap();
-    let mut player = Player::new(Feed::mission(&scenario, 0.01, 1, None).unwrap(), Pace::Max);
+    let mut player =
+        Player::new(Feed::mission(&scenario, &crate::guardian::Alarming::default(), 1, None).unwrap(), Pace::Max);
     assert!(player.advance_to(22.0).unwrap());
     let text = as_text(&player, 80, 24).unwrap();
     assert!(text.contains("ALARM  sensor loss") && text.contains("speed, rad/s  no reading"), "{text}");

@@ -24,7 +24,7 @@ const LONG: Duration = Duration::from_secs(60);
 
 pub(in crate::watch) fn short() -> Player {
     let scenario = Scenario::from_toml(SHORT).unwrap();
-    Player::new(Feed::mission(&scenario, 0.01, 1, None).unwrap(), Pace::Times(1.0))
+    Player::new(Feed::mission(&scenario, &crate::guardian::Alarming::default(), 1, None).unwrap(), Pace::Times(1.0))
 }
 
 fn press(player: &mut Player, keys: &[KeyCode]) {
