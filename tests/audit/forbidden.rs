@@ -4,8 +4,8 @@
 //! entry point. Functions that are linked and that no call reaches are found as well, with who holds their address.
 //!
 //! What it cannot see: a function that the compiler has inlined leaves no symbol. A panic cannot vanish so (its handler
-//! is never inlined away as long as something can reach it), nor can a soft-float helper; an allocator can, so an image
-//! that links the crate `alloc` at all counts as one with a heap.
+//! is never inlined away as long as something can reach it), nor can a soft-float helper; an allocator can, but not what is called
+//! where it has nothing left (`handle_alloc_error`), and every use of the crate `alloc` leads there.
 
 use std::collections::BTreeMap;
 
@@ -120,10 +120,6 @@ pub fn findings(image: &Image, graph: &Graph<'_>, whole_image: bool) -> Vec<Find
         let note = format!("calls itself: {}", graph.shown(cycle));
         Finding { check: Check::Recursion, symbol: graph.name(first).to_owned(), chain, held, note }
     }));
-    if whole_image && image.units.contains("alloc") {
-        let note = "the crate is linked".to_owned();
-        found.push(Finding { check: Check::Heap, symbol: "alloc".to_owned(), chain: Vec::new(), held: true, note });
-    }
     found.sort_by(|a, b| (a.check, &a.symbol).cmp(&(b.check, &b.symbol)));
     found
 }

@@ -2,7 +2,7 @@
 //!
 //! What it cannot see: code that no symbol names (it is shown as such), and which source line an address came from.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -84,8 +84,6 @@ pub struct Image {
     pub sections: Vec<Section>,
     /// Functions and objects, by address.
     pub symbols: Vec<Symbol>,
-    /// Crates whose compilation the linker took in, code of them or not.
-    pub units: BTreeSet<String>,
     /// Bytes of the section that numbers the texts of `defmt`, if there is one. It is not loaded.
     pub defmt_text: Option<u32>,
     mapping: BTreeMap<u32, Contents>,
@@ -113,7 +111,7 @@ impl Image {
         if !sections.iter().any(|section| section.executable && section.size > 0) {
             return Err(wrong("holds no instructions"));
         }
-        let Symbols { symbols, mapping, units } =
+        let Symbols { symbols, mapping } =
             symbols(&elf, &sections).map_err(|error| wrong(&format!("is damaged ({error})")))?;
         if symbols.is_empty() || mapping.is_empty() {
             return Err(wrong("has no symbols (it was stripped)"));
@@ -123,7 +121,7 @@ impl Image {
         let loaded = elf.elf_program_headers().iter().filter(|s| s.p_type(endian) == PT_LOAD && s.p_filesz(endian) > 0);
         let segments = loaded.map(|s| (s.p_paddr(endian), s.p_filesz(endian))).collect();
         let defmt_text = elf.section_by_name(".defmt").map(|section| section.size() as u32);
-        Ok(Image { path: path.to_owned(), entry, sections, symbols, units, defmt_text, mapping, segments })
+        Ok(Image { path: path.to_owned(), entry, sections, symbols, defmt_text, mapping, segments })
     }
 
     /// The size of what a programmer writes to the chip, from the first byte to the last, by the program headers.
@@ -251,20 +249,16 @@ fn in_ram(address: u32) -> bool {
 struct Symbols {
     symbols: Vec<Symbol>,
     mapping: BTreeMap<u32, Contents>,
-    units: BTreeSet<String>,
 }
 
 fn symbols(elf: &ElfFile32, sections: &[Section]) -> object::Result<Symbols> {
     // Local symbols stand behind the name of the compilation that brought them, mapping symbols among them.
-    let (mut unit, mut units) = (String::new(), BTreeSet::new());
+    let mut unit = String::new();
     let (mut unit_at, mut mapping, mut found) = (BTreeMap::new(), BTreeMap::new(), Vec::new());
     for symbol in elf.symbols() {
         let (name, address) = (symbol.name()?, symbol.address() as u32);
         match symbol.kind() {
-            Kind::File => {
-                unit = names::crate_of_unit(name);
-                units.insert(unit.clone());
-            }
+            Kind::File => unit = names::crate_of_unit(name),
             // Texts of `defmt` are symbols of a section that is not loaded.
             Kind::Text | Kind::Data if takes_memory(elf, &symbol)? => {
                 found.push((symbol, symbol.is_local().then(|| unit.clone())));
@@ -295,7 +289,7 @@ fn symbols(elf: &ElfFile32, sections: &[Section]) -> object::Result<Symbols> {
         });
     }
     symbols.sort_by(|a, b| (a.address, &a.linkage_name).cmp(&(b.address, &b.linkage_name)));
-    Ok(Symbols { symbols, mapping, units })
+    Ok(Symbols { symbols, mapping })
 }
 
 fn takes_memory(elf: &ElfFile32, symbol: &ElfSymbol32<'_, '_>) -> object::Result<bool> {

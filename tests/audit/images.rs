@@ -43,12 +43,12 @@ pub const IMAGES: &[Plan] = &[
     Plan {
         entries: CORE,
         code: Some(CodeOf { name: "core", calls: MONITOR }),
-        ..Plan::of(Firmware { profile: "firmware", ..Firmware::audited("footprint") })
+        ..Plan::of(Firmware::audited("footprint"))
     },
     Plan {
         entries: GUARD,
         code: Some(CodeOf { name: "guard", calls: GUARD }),
-        ..Plan::of(Firmware { profile: "firmware", ..Firmware::audited("footprint-guard") })
+        ..Plan::of(Firmware::audited("footprint-guard"))
     },
     Plan { in_detail: true, ..Plan::of(Firmware::thruster("board-stm32f405")) },
     Plan { name: "thruster-paper", in_detail: true, ..Plan::of(Firmware::thruster("board-stm32f405,paper")) },

@@ -7,6 +7,9 @@ use std::path::{Path, PathBuf};
 
 use super::{TARGET, Toolchain, clean, find, run, workspace};
 
+/// Profile of cargo, of what is emulated as of what is flashed: what is counted of the one holds for the other.
+const PROFILE: &str = "firmware";
+
 /// What a compiled unit is to cargo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unit {
@@ -33,8 +36,6 @@ pub struct Firmware<'a> {
     pub cpu: &'a str,
     /// Arguments of the linker.
     pub link: &'a [&'a str],
-    /// Profile of cargo: what is flashed is linked as one unit (`firmware`), what serves tests as quickly as may be.
-    pub profile: &'a str,
     /// Whether `flip-link` puts the stack below everything else in RAM, so that an overflow faults.
     pub guarded: bool,
 }
@@ -45,8 +46,7 @@ impl<'a> Firmware<'a> {
     pub const fn emulated(binary: &'a str) -> Self {
         let link: &[&str] = &["-Tlink.x", "-Tdefmt.x", "--defsym=_board_qemu=1"];
         let unit = Unit::Binary;
-        let (features, profile) = ("board-qemu", "emulated");
-        Firmware { binary, unit, features, target: TARGET, cpu: "cortex-m4", link, profile, guarded: true }
+        Firmware { binary, unit, features: "board-qemu", target: TARGET, cpu: "cortex-m4", link, guarded: true }
     }
 
     /// An example for the emulated board.
@@ -58,7 +58,7 @@ impl<'a> Firmware<'a> {
     /// The firmware of the STM32F405 board; `extra` features choose between silicon and emulator.
     #[must_use]
     pub const fn thruster(features: &'a str) -> Self {
-        Firmware { features, link: &["-Tlink.x", "-Tdefmt.x"], profile: "firmware", ..Self::emulated("thruster") }
+        Firmware { features, link: &["-Tlink.x", "-Tdefmt.x"], ..Self::emulated("thruster") }
     }
 
     /// A binary that is made for audits: the core by itself, without a board and without `defmt`.
@@ -80,7 +80,7 @@ impl<'a> Firmware<'a> {
         // Cargo links a binary to one path whatever its features are, so the next build of it waits until this one is copied.
         let _turn = turn()?;
         self.cargo(&toolchain, "rustc", &link)?;
-        let linked = directory().join(self.target).join(self.profile);
+        let linked = directory().join(self.target).join(PROFILE);
         match self.unit {
             Unit::Binary => self.copied(&linked.join(self.binary)),
             Unit::Example => self.copied(&linked.join("examples").join(self.binary)),
@@ -90,7 +90,7 @@ impl<'a> Firmware<'a> {
 
     /// Copies what was linked to a path that carries its features.
     fn copied(&self, elf: &Path) -> Result<PathBuf, String> {
-        let place = directory().join("images").join(self.target).join(self.profile);
+        let place = directory().join("images").join(self.target).join(PROFILE);
         let name = format!("{}+{}", self.binary, self.features.replace(',', "+"));
         let (copy, growing) = (place.join(&name), place.join(name + ".part"));
         // Renamed when it is whole: a test may be reading the one before.
@@ -123,7 +123,7 @@ impl<'a> Firmware<'a> {
             .env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", &toolchain.linker)
             .env("DEFMT_LOG", "info")
             .env("PATH", path_with(&linkers()))
-            .args([verb, "--profile", self.profile, "--locked", "--target", self.target, "--target-dir"])
+            .args([verb, "--profile", PROFILE, "--locked", "--target", self.target, "--target-dir"])
             .arg(directory());
         match self.unit {
             Unit::Binary => command.args(["-p", "firmware-stub", "--bin", self.binary]),
