@@ -30,8 +30,11 @@ const RECOVERING_LIMIT: f32 = 2.5;
 const STILL_FALLING: f32 = 0.8;
 
 /// The same after a change of the set point: a speed loop may be as slow as it likes, so it is asked less often, and given more
-/// time for as long as it comes down.
+/// time for as long as it comes down. That is a time of motors, in seconds; where samples are few, the middle scale must forget in
+/// between what was before.
 const SETTLING_CHECK: f32 = 16.0;
+const SETTLING_CHECK_S: f32 = 1.25;
+const FORGOTTEN: f32 = 4.0;
 
 /// Time for which a deviation must have stood still before it is named, in time constants of the middle scale.
 const NAMED_AFTER: f32 = 1.0;
@@ -113,8 +116,9 @@ impl Rules {
         let hold = |seconds: f32| whole_slots(seconds * config.sample_rate_hz).map(|slots| slots.max(1));
         let [_, middle, ..] = &design.scales;
         let samples = 1.0 / middle.weight();
+        let settling_check = (SETTLING_CHECK_S * config.sample_rate_hz / samples).clamp(FORGOTTEN, SETTLING_CHECK);
         let [recovery, check, settling_check] =
-            [RECOVERY, RECOVERY_CHECK, SETTLING_CHECK].map(|constants| (constants * samples) as u32 + 1);
+            [RECOVERY, RECOVERY_CHECK, settling_check].map(|constants| (constants * samples) as u32 + 1);
         Ok(Rules {
             raise_hold: hold(config.raise_hold_s).ok_or(ConfigError::RaiseHold)?,
             clear_hold: hold(config.clear_hold_s).ok_or(ConfigError::ClearHold)?,

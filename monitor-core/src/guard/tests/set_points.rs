@@ -179,6 +179,27 @@ fn a_loop_that_does_not_settle_at_a_known_set_point_is_an_alarm_when_its_time_is
 }
 
 #[test]
+fn a_fault_that_stands_is_found_at_ten_samples_a_second_and_in_visits_of_six_seconds() {
+    let slow = Config {
+        settle_s: 5.0,
+        seed_s: 3.0,
+        learn_s: 14.0,
+        time_constants_s: [0.1, 0.58, 2.8, 50.0],
+        ..Config::at_rate(10.0)
+    };
+    for size in [0.0, 3.0] {
+        let mut watch = Watch::new(&slow, 48);
+        let mut go = |speed: f32, slots: u32, size: f32| {
+            (watch.set_point, watch.motor.mean[0]) = (speed, speed);
+            watch.run(slots, off(Channel::ArmatureVoltage, size)).iter().any(Verdict::alarm)
+        };
+        assert!(!go(200.0, 600, 0.0) && !go(300.0, 600, 0.0));
+        let found = (0..20).map(|_| go(200.0, 10, size) | go(300.0, 60, size)).position(|found| found);
+        assert!(if size > 0.0 { found <= Some(1) && found.is_some() } else { found.is_none() }, "{size}: {found:?}");
+    }
+}
+
+#[test]
 fn what_has_become_known_of_a_set_point_is_kept_for_the_next_visit() {
     let mut watch = Watch::learned(22);
     let young = watch.guard.limits().unwrap();
