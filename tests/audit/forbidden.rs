@@ -5,7 +5,8 @@
 //!
 //! What it cannot see: a function that the compiler has inlined leaves no symbol. A panic cannot vanish so (its handler
 //! is never inlined away as long as something can reach it), nor can a soft-float helper; an allocator can, but not what is called
-//! where it has nothing left (`handle_alloc_error`), and every use of the crate `alloc` leads there.
+//! where it has nothing left (`handle_alloc_error`). What asks for memory and takes a refusal itself (`try_reserve`) does not lead
+//! there, so with an allocator that is inlined it would not be seen.
 
 use std::collections::BTreeMap;
 

@@ -5,7 +5,6 @@ use super::drifts::{DriftCase, DriftReport, JudgedRun, LearnedRun};
 use super::labelled::{LabelledReport, RunReport, Score};
 use super::nab::Nab;
 use super::protocol::Published;
-
 use crate::study::watch::Mode;
 use crate::tables::{TextTable, shown};
 
